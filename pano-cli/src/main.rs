@@ -1,0 +1,2 @@
+//! The `pano` command.
+fn main() {}

@@ -1,0 +1,22 @@
+//! Geometry of panoramas, images, cameras, scene files, meshes, randomness and metrics.
+//!
+//! This crate holds the plain types that Pano's stages hand to each other, and the few algorithms every stage needs.
+//! Conventions, everywhere:
+//!
+//! - World: right-handed, +Y up, metres. Radiance: linear Rec.709 RGB in `f32`.
+//! - Equirectangular pictures: u ∈ [0, 1) left to right, v ∈ [0, 1] top to bottom, pixel centres at +½; the picture's
+//!   centre looks to −Z and u grows to the right (see [`sphere`]).
+//! - Depth is the distance along the ray in metres; 0, negative, NaN, infinite and ≥ 10⁹ mean that nothing is there.
+//!
+//! Features: `io` (pictures and meshes), `scene` (the TOML scene file), `metrics` (picture comparison). Each builds alone.
+
+pub mod camera;
+pub mod color;
+mod error;
+pub mod image;
+pub mod layers;
+pub mod material;
+pub mod mesh;
+pub mod sphere;
+
+pub use error::{Error, Result};

@@ -1,0 +1,1 @@
+//! Edge-preserving filters for path-traced layers.

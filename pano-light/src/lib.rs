@@ -1,0 +1,1 @@
+//! Light from a 360° picture: inverse tone mapping, light detection, image-based lighting.
