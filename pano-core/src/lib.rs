@@ -12,11 +12,13 @@
 
 pub mod camera;
 pub mod color;
+pub mod distribution;
 mod error;
 pub mod image;
 pub mod layers;
 pub mod material;
 pub mod mesh;
+pub mod random;
 pub mod sphere;
 
 pub use error::{Error, Result};

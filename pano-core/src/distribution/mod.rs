@@ -1,0 +1,10 @@
+//! Tabulated distributions: [`Distribution1d`], and the sphere of a panorama's light, [`SphereDistribution`].
+
+mod one;
+mod sphere;
+
+pub use one::Distribution1d;
+pub use sphere::{SphereDistribution, SphereSample};
+
+#[cfg(test)]
+mod tests;
