@@ -1,1 +1,4 @@
-//! Ray tracing for virtual objects in 360° pictures: BVH, BSDFs, panoramic ray tracing, delta path tracing.
+//! Ray tracing for virtual objects in 360° pictures.
+
+pub mod bsdf;
+pub mod bvh;

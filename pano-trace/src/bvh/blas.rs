@@ -1,0 +1,85 @@
+//! The BVH of one mesh.
+
+use super::Ray;
+use glam::{Vec2, Vec3, Vec3A};
+use obvhs::{
+    BvhBuildParams, cwbvh::CwBvh, cwbvh::builder::build_cwbvh_from_tris, ray::RayHit, rt_triangle::RtTriangle, triangle::Triangle,
+};
+
+/// Where a ray met a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit {
+    /// Distance along the ray in units of its direction's length.
+    pub t: f32,
+    /// Index of the face in the mesh.
+    pub triangle: u32,
+    /// Weights of the face's second and third vertex.
+    pub barycentric: Vec2,
+}
+
+/// A mesh, ready for rays in its own space.
+#[derive(Clone)]
+pub struct Blas {
+    bvh: CwBvh,
+    /// In the order of the BVH's leaves.
+    triangles: Vec<RtTriangle>,
+    bounds: (Vec3, Vec3),
+}
+
+impl std::fmt::Debug for Blas {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Blas").field("triangles", &self.triangles.len()).field("bounds", &self.bounds).finish()
+    }
+}
+
+impl Blas {
+    /// Builds the BVH of `triangles` over `positions`. Faces without area are kept and never hit.
+    ///
+    /// # Panics
+    /// If a face names a vertex that is not there; [`pano_core::mesh::Mesh::validate`] finds this out.
+    pub fn build(positions: &[Vec3], triangles: &[[u32; 3]]) -> Self {
+        let tris: Vec<Triangle> = triangles
+            .iter()
+            .map(|t| {
+                let [v0, v1, v2] = t.map(|v| Vec3A::from(positions[v as usize]));
+                Triangle { v0, v1, v2 }
+            })
+            .collect();
+        let bvh = build_cwbvh_from_tris(&tris, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
+        let ordered = bvh.primitive_indices.iter().map(|&i| RtTriangle::from(&tris[i as usize])).collect();
+        let bounds = tris
+            .iter()
+            .flat_map(|t| [t.v0, t.v1, t.v2])
+            .fold((Vec3A::INFINITY, Vec3A::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
+        Self { bvh, triangles: ordered, bounds: (bounds.0.into(), bounds.1.into()) }
+    }
+
+    /// Smallest and largest corner.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        self.bounds
+    }
+
+    /// The nearest face along the ray, whose direction may have any length.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<TriangleHit> {
+        let ray = to_obvhs(ray);
+        let mut hit = RayHit::none();
+        if !self.bvh.ray_traverse(ray, &mut hit, |ray, id| self.triangles[id].intersect(ray)) {
+            return None;
+        }
+        let barycentric = self.triangles[hit.primitive_id as usize].compute_barycentric(&ray);
+        Some(TriangleHit { t: hit.t, triangle: self.bvh.primitive_indices[hit.primitive_id as usize], barycentric })
+    }
+
+    /// Whether any face lies on the ray.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        !self.bvh.ray_traverse_miss(to_obvhs(ray), |ray, id| self.triangles[id].intersect(ray))
+    }
+}
+
+/// As `obvhs` wants its rays. Its traversal expects finite boxes and directions; an infinite end is allowed.
+#[inline]
+pub(super) fn to_obvhs(ray: &Ray) -> obvhs::ray::Ray {
+    obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), 0.0, ray.t_max)
+}
