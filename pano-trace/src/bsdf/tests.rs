@@ -66,8 +66,15 @@ fn white_furnace() {
             };
             let total: f32 = numbers(n).filter_map(|u| bsdf.sample(u)).map(energy).sum::<f32>() / n as f32;
             assert!(total < 1.012, "{name} at cos {cos}: {total}");
-            let lossless = p.metallic == 0.0 && p.transmission == 0.0 || p.alpha < 0.1 && cos.abs() > 0.1;
-            let expected = if lossless { 0.985 } else { 0.45 };
+            // GGX has long tails: even at α = 0.06 a few per cent of a slanting ray meet a second microfacet.
+            let lossless = p.metallic == 0.0 && p.transmission == 0.0 || p.alpha == 0.0;
+            let expected = if lossless {
+                0.985
+            } else if p.alpha < 0.1 && cos.abs() > 0.1 {
+                0.95
+            } else {
+                0.45
+            };
             assert!(total > expected, "{name} at cos {cos}: {total}");
         }
     }
