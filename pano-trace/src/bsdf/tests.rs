@@ -80,6 +80,15 @@ fn white_furnace() {
     }
 }
 
+/// The roughest metal seen head on: ∫D cos G₂ has the closed form 1 − ln 2.
+#[test]
+fn roughest_metal_reflects_one_minus_ln_two() {
+    let bsdf = Bsdf::new(&BsdfParams { metallic: 1.0, alpha: 1.0, ..params() }, Vec3::Z, Vec3::Z, Vec3::Z);
+    let n = 65536;
+    let total: f32 = numbers(n).filter_map(|u| bsdf.sample(u)).map(|s| s.weight.x).sum::<f32>() / n as f32;
+    assert!((total - (1.0 - std::f32::consts::LN_2)).abs() < 2e-3, "{total}");
+}
+
 #[test]
 fn reciprocity() {
     let coat = CoatTable::new(1.5);
