@@ -18,6 +18,7 @@ pub mod image;
 pub mod layers;
 pub mod material;
 pub mod mesh;
+pub mod progress;
 pub mod random;
 pub mod sphere;
 

@@ -2,3 +2,7 @@
 
 pub mod bsdf;
 pub mod bvh;
+pub mod objects;
+pub mod prt;
+pub mod tracer;
+pub mod world;

@@ -18,7 +18,7 @@ pub struct Tap {
 /// Column `x` and row `y`, both possibly outside by one, as a texel of the sphere: x wraps; above and below a pole the
 /// picture continues on the other side (u + ½, v mirrored).
 #[inline]
-pub(crate) fn wrap_texel(width: usize, height: usize, x: isize, y: isize) -> (usize, usize) {
+pub fn wrap_texel(width: usize, height: usize, x: isize, y: isize) -> (usize, usize) {
     let (w, h) = (width as isize, height as isize);
     let (x, y) = if y < 0 {
         (x + w / 2, -1 - y)

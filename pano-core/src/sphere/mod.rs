@@ -7,7 +7,7 @@ mod convention;
 mod lookup;
 
 pub use convention::Convention;
-pub(crate) use lookup::wrap_texel;
+pub use lookup::wrap_texel;
 pub use lookup::{Tap, bilinear, bilinear_taps};
 
 use glam::{Vec2, Vec3};

@@ -73,7 +73,7 @@ fn white_furnace() {
             } else if p.alpha < 0.1 && cos.abs() > 0.1 {
                 0.95
             } else {
-                0.45
+                0.3
             };
             assert!(total > expected, "{name} at cos {cos}: {total}");
         }

@@ -1,0 +1,251 @@
+//! The virtual objects of a frame: meshes placed in the world, their materials, their bounds and what they emit.
+
+mod emitters;
+mod surface;
+
+pub use emitters::EmitterSample;
+pub use surface::Surface;
+
+use crate::bsdf::CoatTable;
+use crate::bvh::{Blas, InstanceHit, Ray, Tlas};
+use emitters::Emitters;
+use glam::{Affine3A, Mat3A, Vec2, Vec3};
+use pano_core::{material::Material, mesh::Mesh};
+use std::sync::Arc;
+
+/// A mesh with its BVH, ready to be placed any number of times.
+#[derive(Clone, Debug)]
+pub struct PreparedMesh {
+    mesh: Mesh,
+    blas: Arc<Blas>,
+}
+
+impl PreparedMesh {
+    /// Builds the BVH of `mesh`.
+    ///
+    /// # Errors
+    /// What [`Mesh::validate`] finds.
+    pub fn new(mesh: Mesh) -> pano_core::Result<Self> {
+        mesh.validate()?;
+        let blas = Arc::new(Blas::build(&mesh.positions, &mesh.triangles));
+        Ok(Self { mesh, blas })
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// Its BVH, for placing it.
+    pub fn blas(&self) -> &Arc<Blas> {
+        &self.blas
+    }
+}
+
+/// One object: where a mesh stands and what it is made of.
+#[derive(Clone, Debug)]
+pub struct Placement {
+    /// The mesh.
+    pub mesh: Arc<PreparedMesh>,
+    /// Places it; must be invertible.
+    pub world_from_mesh: Affine3A,
+    /// Takes the place of the mesh's own materials.
+    pub material: Option<Material>,
+}
+
+/// A ball around an object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// World position.
+    pub center: Vec3,
+    /// Metres.
+    pub radius: f32,
+}
+
+/// Largest number of balls that light sampling looks at for each point.
+pub const MAX_CLUSTERS: usize = 8;
+
+#[derive(Clone, Debug)]
+struct CompiledMaterial {
+    material: Material,
+    coat: Option<Arc<CoatTable>>,
+}
+
+#[derive(Clone, Debug)]
+struct Placed {
+    mesh: Arc<PreparedMesh>,
+    world_from_mesh: Affine3A,
+    /// Transforms normals: the inverse transpose of the linear part.
+    world_from_normal: Mat3A,
+    /// −1 where the placement mirrors, which turns faces inside out.
+    orientation: f32,
+    materials: Vec<CompiledMaterial>,
+}
+
+/// The virtual objects of a frame.
+#[derive(Clone, Debug)]
+pub struct Objects {
+    tlas: Tlas,
+    placed: Vec<Placed>,
+    balls: Vec<Ball>,
+    clusters: Vec<Ball>,
+    emitters: Emitters,
+}
+
+impl Objects {
+    /// Places the objects. Builds the top level of the BVH; the meshes' own are reused.
+    pub fn new(placements: &[Placement]) -> Self {
+        let tlas = Tlas::build(placements.iter().map(|p| (p.mesh.blas.clone(), p.world_from_mesh)));
+        let mut coats: Vec<(f32, Arc<CoatTable>)> = Vec::new();
+        let mut compile = |material: &Material| {
+            let coated = material.specular > 0.0 && material.metallic < 1.0 && material.transmission < 1.0 && material.ior > 1.0;
+            let coat = coated.then(|| match coats.iter().find(|(ior, _)| *ior == material.ior) {
+                Some((_, table)) => table.clone(),
+                None => {
+                    let table = Arc::new(CoatTable::new(material.ior));
+                    coats.push((material.ior, table.clone()));
+                    table
+                }
+            });
+            CompiledMaterial { material: material.clone(), coat }
+        };
+        let placed: Vec<Placed> = placements
+            .iter()
+            .map(|p| {
+                let materials = match &p.material {
+                    Some(material) => vec![compile(material)],
+                    None if p.mesh.mesh.materials.is_empty() => vec![compile(&Material::default())],
+                    None => p.mesh.mesh.materials.iter().map(&mut compile).collect(),
+                };
+                Placed {
+                    mesh: p.mesh.clone(),
+                    world_from_mesh: p.world_from_mesh,
+                    world_from_normal: p.world_from_mesh.matrix3.inverse().transpose(),
+                    orientation: p.world_from_mesh.matrix3.determinant().signum(),
+                    materials,
+                }
+            })
+            .collect();
+        let balls: Vec<Ball> = placed.iter().map(ball_around).collect();
+        let clusters = clustered(&balls);
+        let emitters = Emitters::new(&placed);
+        Self { tlas, placed, balls, clusters, emitters }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.placed.is_empty()
+    }
+
+    /// A ball around each object.
+    pub fn balls(&self) -> &[Ball] {
+        &self.balls
+    }
+
+    /// At most [`MAX_CLUSTERS`] balls that hold all objects.
+    pub fn clusters(&self) -> &[Ball] {
+        &self.clusters
+    }
+
+    /// The nearest object along the ray.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<InstanceHit> {
+        self.tlas.intersect(ray)
+    }
+
+    /// Whether an object lies on the ray.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.tlas.occluded(ray)
+    }
+
+    /// Whether any object shines.
+    #[inline]
+    pub fn emit(&self) -> bool {
+        !self.emitters.is_empty()
+    }
+
+    /// A point on a shining face, seen from `from`.
+    pub fn sample_emitter(&self, from: Vec3, u: [f32; 4]) -> Option<EmitterSample> {
+        self.emitters.sample(from, u)
+    }
+
+    /// Density per steradian with which [`Self::sample_emitter`] finds the point that `ray` hit.
+    pub fn emitter_pdf(&self, ray: &Ray, hit: &InstanceHit) -> f32 {
+        self.emitters.pdf(ray, hit)
+    }
+
+    /// Everything about the surface at a hit.
+    #[inline]
+    pub fn surface(&self, ray: &Ray, hit: &InstanceHit) -> Surface<'_> {
+        Surface::new(&self.placed[hit.instance as usize], ray, hit)
+    }
+}
+
+impl Placed {
+    fn material_index(&self, triangle: u32) -> usize {
+        let id = self.mesh.mesh.material_ids.get(triangle as usize).copied().unwrap_or(0) as usize;
+        id.min(self.materials.len() - 1)
+    }
+
+    fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.mesh.mesh.triangles[triangle as usize].map(|v| self.mesh.mesh.positions[v as usize])
+    }
+}
+
+/// Barycentric mean of per-vertex values.
+#[inline]
+fn interpolate<T>(values: [T; 3], w: Vec2) -> T
+where
+    T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
+{
+    let [a, b, c] = values;
+    a * (1.0 - w.x - w.y) + b * w.x + c * w.y
+}
+
+/// The ball about the middle of the box that holds every vertex in use.
+fn ball_around(placed: &Placed) -> Ball {
+    let (lo, hi) = placed.mesh.blas.bounds();
+    let center = placed.world_from_mesh.transform_point3(0.5 * (lo + hi));
+    let mesh = &placed.mesh.mesh;
+    let radius2 = mesh
+        .triangles
+        .iter()
+        .flatten()
+        .map(|&v| placed.world_from_mesh.transform_point3(mesh.positions[v as usize]).distance_squared(center))
+        .fold(0.0, f32::max);
+    // Rounding of the transform must not leave a vertex outside.
+    Ball { center, radius: radius2.sqrt() * 1.0001 + 1e-7 }
+}
+
+/// Joins the pair of balls with the smallest common ball until few are left.
+fn clustered(balls: &[Ball]) -> Vec<Ball> {
+    let mut balls = balls.to_vec();
+    while balls.len() > MAX_CLUSTERS {
+        let pairs = (0..balls.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let Some((i, j, joined)) =
+            pairs.map(|(i, j)| (i, j, join(balls[i], balls[j]))).min_by(|a, b| a.2.radius.total_cmp(&b.2.radius))
+        else {
+            break;
+        };
+        balls[j] = joined;
+        balls.swap_remove(i);
+    }
+    balls
+}
+
+/// The smallest ball around two.
+fn join(a: Ball, b: Ball) -> Ball {
+    let distance = a.center.distance(b.center);
+    if distance + b.radius <= a.radius {
+        return a;
+    }
+    if distance + a.radius <= b.radius {
+        return b;
+    }
+    let radius = 0.5 * (distance + a.radius + b.radius) * 1.0001;
+    Ball { center: a.center + (b.center - a.center) * ((radius - a.radius) / distance), radius }
+}
+
+#[cfg(test)]
+mod tests;

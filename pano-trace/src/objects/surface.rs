@@ -1,0 +1,103 @@
+//! What a hit on an object means: position, normals, textures read, scattering.
+
+use super::{Placed, interpolate};
+use crate::bsdf::{Bsdf, BsdfParams};
+use crate::bvh::{InstanceHit, Ray};
+use glam::{Vec2, Vec3};
+
+/// A point of a virtual object's surface, seen along a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<'a> {
+    /// World position, interpolated between the face's vertices.
+    pub position: Vec3,
+    /// Scattering towards where the ray came from.
+    pub bsdf: Bsdf<'a>,
+    /// Emitted radiance, from the outside of a face.
+    pub emission: Vec3,
+    /// What the body that the ray has just crossed left of its light: 1 unless the ray hit the inside of a solid body.
+    pub transmittance: Vec3,
+    /// Base colour, for filters.
+    pub albedo: Vec3,
+}
+
+impl<'a> Surface<'a> {
+    pub(super) fn new(placed: &'a Placed, ray: &Ray, hit: &InstanceHit) -> Self {
+        let mesh = &placed.mesh.mesh;
+        let h = &hit.hit;
+        let indices = mesh.triangles[h.triangle as usize];
+        let corners = placed.corners(h.triangle);
+        let position = placed.world_from_mesh.transform_point3(interpolate(corners, h.barycentric));
+        let face = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        // The inverse transpose keeps outward normals outward, mirrored or not.
+        let to_world = |n: Vec3| Vec3::from(placed.world_from_normal * glam::Vec3A::from(n));
+        let geometric = to_world(face).try_normalize().unwrap_or(-ray.direction);
+        let mut normal = if mesh.normals.is_empty() {
+            geometric
+        } else {
+            let n = interpolate(indices.map(|v| mesh.normals[v as usize]), h.barycentric);
+            let n = to_world(n).try_normalize().unwrap_or(geometric);
+            if n.dot(geometric) < 0.0 { -n } else { n }
+        };
+        let compiled = &placed.materials[placed.material_index(h.triangle)];
+        let m = &compiled.material;
+        let uv = if mesh.uvs.is_empty() { Vec2::ZERO } else { interpolate(indices.map(|v| mesh.uvs[v as usize]), h.barycentric) };
+        if let Some(texture) = &m.normal_texture
+            && let Some((tangent, bitangent)) = tangents(placed, indices, corners)
+        {
+            let t = texture.sample(uv).truncate() * 2.0 - 1.0;
+            let bent = tangent * (t.x * m.normal_scale) + bitangent * (t.y * m.normal_scale) + normal * t.z;
+            normal = bent.try_normalize().unwrap_or(normal);
+        }
+        let base_color = match &m.base_color_texture {
+            Some(texture) => m.base_color * texture.sample(uv).truncate(),
+            None => m.base_color,
+        };
+        let (mut metallic, mut roughness) = (m.metallic, m.roughness);
+        if let Some(texture) = &m.metallic_roughness_texture {
+            let t = texture.sample(uv);
+            (metallic, roughness) = (metallic * t.z, roughness * t.y);
+        }
+        let outside = geometric.dot(ray.direction) < 0.0;
+        let emission = match &m.emissive_texture {
+            _ if !outside => Vec3::ZERO,
+            Some(texture) => m.emissive * texture.sample(uv).truncate(),
+            None => m.emissive,
+        };
+        let solid = m.transmission > 0.0 && !m.thin;
+        let transmittance = if solid && !outside && m.attenuation_distance.is_finite() && m.attenuation_distance > 0.0 {
+            // Beer's law; a channel of 0 stays 0 at any distance > 0.
+            m.attenuation_color.clamp(Vec3::ZERO, Vec3::ONE).powf(h.t / m.attenuation_distance)
+        } else {
+            Vec3::ONE
+        };
+        let params = BsdfParams {
+            base_color,
+            metallic: metallic.clamp(0.0, 1.0),
+            alpha: (roughness * roughness).clamp(0.0, 1.0),
+            specular: m.specular,
+            specular_color: m.specular_color,
+            ior: m.ior,
+            transmission: m.transmission,
+            thin: m.thin,
+            coat: compiled.coat.as_deref(),
+        };
+        let bsdf = Bsdf::new(&params, geometric, normal, -ray.direction);
+        Self { position, bsdf, emission, transmittance, albedo: base_color }
+    }
+}
+
+/// World-space directions in which u and −v grow (glTF's tangent frame), of unit length; `None` where the mapping is
+/// degenerate.
+fn tangents(placed: &Placed, indices: [u32; 3], corners: [Vec3; 3]) -> Option<(Vec3, Vec3)> {
+    let uvs = &placed.mesh.mesh.uvs;
+    if uvs.is_empty() {
+        return None;
+    }
+    let [a, b, c] = indices.map(|v| uvs[v as usize]);
+    let (d1, d2) = (b - a, c - a);
+    let (e1, e2) = (corners[1] - corners[0], corners[2] - corners[0]);
+    let det = d1.perp_dot(d2);
+    let world = |v: Vec3| placed.world_from_mesh.transform_vector3(v).try_normalize();
+    let (tangent, bitangent) = ((e1 * d2.y - e2 * d1.y) / det, (e1 * d2.x - e2 * d1.x) / det);
+    Some((world(tangent)?, world(bitangent)?)).filter(|_| det.abs() > 1e-20)
+}

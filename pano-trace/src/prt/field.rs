@@ -1,0 +1,214 @@
+//! The depth of a panorama on the faces of a cube, with min/max pyramids.
+
+use glam::{Vec2, Vec3};
+use pano_core::{image::Image, sphere};
+use rayon::prelude::*;
+
+/// How depth becomes a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldOptions {
+    /// Quads along a cube face's side; 0 takes about the panorama's own resolution (⅜ of its width). Higher resolves finer
+    /// gaps and costs memory with the square.
+    pub resolution: usize,
+    /// A step between neighbours is a gap if it exceeds this many times the steps beside it… (3: creases up to 70° stay
+    /// closed; chosen on the demo room.) Higher closes more gaps.
+    pub gap_contrast: f32,
+    /// …and this relative change of depth (0.01: what sensors resolve). Higher closes more gaps.
+    pub gap_relative: f32,
+}
+
+impl Default for FieldOptions {
+    fn default() -> Self {
+        Self { resolution: 0, gap_contrast: 3.0, gap_relative: 0.01 }
+    }
+}
+
+/// Smallest and largest inverse depth of a block of cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Range {
+    pub(super) min: f32,
+    pub(super) max: f32,
+}
+
+/// One face of the cube: samples at the corners of `n` × `n` cells.
+#[derive(Clone, Debug)]
+pub(super) struct Face {
+    /// Inverse planar depth, 1/m; 0 where nothing is. (n + 1)² samples, row-major.
+    pub(super) inverse: Vec<f32>,
+    /// Whether a cell lies across a gap; n² cells.
+    pub(super) gap: Vec<bool>,
+    /// Level 0 has n² cells, each further level half the side (rounded up).
+    pub(super) pyramid: Vec<Vec<Range>>,
+}
+
+/// A panorama's depth, ready for rays. Positions are relative to the capture point, in the panorama's frame.
+#[derive(Clone, Debug)]
+pub struct DepthField {
+    pub(super) n: usize,
+    pub(super) faces: Vec<Face>,
+}
+
+/// Axes of the six faces: forward, right (image x) and down (image y).
+pub(super) const AXES: [[Vec3; 3]; 6] = [
+    [Vec3::X, Vec3::Z, Vec3::NEG_Y],
+    [Vec3::NEG_X, Vec3::NEG_Z, Vec3::NEG_Y],
+    [Vec3::Y, Vec3::X, Vec3::NEG_Z],
+    [Vec3::NEG_Y, Vec3::X, Vec3::Z],
+    [Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y],
+    [Vec3::NEG_Z, Vec3::X, Vec3::NEG_Y],
+];
+
+/// The face that shows direction `d`, and where: x, y in [−1, 1].
+#[inline]
+pub(super) fn face_from_direction(d: Vec3) -> (usize, Vec2) {
+    let a = d.abs();
+    let face = if a.x >= a.y && a.x >= a.z {
+        usize::from(d.x < 0.0)
+    } else if a.y >= a.z {
+        2 + usize::from(d.y < 0.0)
+    } else {
+        4 + usize::from(d.z < 0.0)
+    };
+    let [forward, right, down] = AXES[face];
+    (face, Vec2::new(d.dot(right), d.dot(down)) / d.dot(forward))
+}
+
+impl DepthField {
+    /// From an equirectangular picture of distances along the ray; not finite or ≤ 0 is nothing.
+    pub fn new(depth: &Image<f32>, options: &FieldOptions) -> Self {
+        let n = match options.resolution {
+            0 => (depth.width() * 3 / 8).next_multiple_of(16).clamp(16, 4096),
+            n => n.max(1),
+        };
+        let samples: Vec<Vec<f32>> = (0..6).map(|face| sample_face(depth, face, n)).collect();
+        let faces = samples.into_iter().map(|inverse| Face::new(inverse, n, options)).collect();
+        Self { n, faces }
+    }
+
+    /// Inverse distance along unit direction `d` (0: nothing there), and the plane of the surface there as the vector `p`
+    /// with p·x = 1 for its points x, from which normals follow.
+    pub fn look(&self, d: Vec3) -> (f32, Vec3) {
+        let (face, at) = face_from_direction(d);
+        let (inverse, plane) = self.faces[face].patch(self.n, at);
+        let [forward, right, down] = AXES[face];
+        (inverse * d.dot(forward), right * plane.x + down * plane.y + forward * plane.z)
+    }
+}
+
+fn sample_face(depth: &Image<f32>, face: usize, n: usize) -> Vec<f32> {
+    let [forward, right, down] = AXES[face];
+    let usable = |z: f32| if z.is_finite() && z > 0.0 { 1.0 / z } else { 0.0 };
+    let mut inverse = vec![0.0; (n + 1) * (n + 1)];
+    inverse.par_chunks_mut(n + 1).enumerate().for_each(|(j, row)| {
+        for (i, value) in row.iter_mut().enumerate() {
+            let at = Vec2::new(i as f32, j as f32) * (2.0 / n as f32) - 1.0;
+            let ray = forward + right * at.x + down * at.y;
+            let uv = sphere::uv_from_direction(ray);
+            let taps = sphere::bilinear_taps(depth.width(), depth.height(), uv).map(|t| (usable(depth.get(t.x, t.y)), t.weight));
+            let (lo, hi) = taps.iter().fold((f32::MAX, 0f32), |(lo, hi), t| (lo.min(t.0), hi.max(t.0)));
+            // Texels of one surface are interpolated; across a gap the nearest one counts, never a mixture.
+            let inverse_distance = if hi <= lo * 1.1 {
+                taps.iter().map(|t| t.0 * t.1).sum()
+            } else {
+                taps.iter().fold((0.0, -1.0), |best, t| if t.1 > best.1 { *t } else { best }).0
+            };
+            // Planar depth is distance times the cosine to the face's axis, 1/|ray|.
+            *value = inverse_distance * ray.length();
+        }
+    });
+    inverse
+}
+
+impl Face {
+    fn new(inverse: Vec<f32>, n: usize, options: &FieldOptions) -> Self {
+        let at = |i: usize, j: usize| inverse[j * (n + 1) + i];
+        // A step is a gap if it is large against the steps on both sides of it along the same line.
+        let is_gap = |line: &dyn Fn(usize) -> f32, k: usize| {
+            let (a, b) = (line(k), line(k + 1));
+            let step = (b - a).abs();
+            if step <= options.gap_relative * a.max(b) {
+                return false;
+            }
+            let before = if k > 0 { (a - line(k - 1)).abs() } else { 0.0 };
+            let after = if k + 2 <= n { (line(k + 2) - b).abs() } else { 0.0 };
+            // At the border of a face only one side is known.
+            let beside = if k == 0 {
+                after
+            } else if k + 2 > n {
+                before
+            } else {
+                before.max(after)
+            };
+            step > options.gap_contrast * beside
+        };
+        let horizontal: Vec<bool> = (0..(n + 1) * n).into_par_iter().map(|c| is_gap(&|i| at(i, c / n), c % n)).collect();
+        let vertical: Vec<bool> =
+            (0..n * (n + 1)).into_par_iter().map(|c| is_gap(&|j| at(c % (n + 1), j), c / (n + 1))).collect();
+        let gap: Vec<bool> = (0..n * n)
+            .map(|c| {
+                let (i, j) = (c % n, c / n);
+                horizontal[j * n + i] || horizontal[(j + 1) * n + i] || vertical[j * (n + 1) + i] || vertical[j * (n + 1) + i + 1]
+            })
+            .collect();
+        let base: Vec<Range> = (0..n * n)
+            .map(|c| {
+                let (i, j) = (c % n, c / n);
+                let corners = [at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)];
+                Range { min: corners.into_iter().fold(f32::MAX, f32::min), max: corners.into_iter().fold(0.0, f32::max) }
+            })
+            .collect();
+        let mut pyramid = vec![base];
+        let mut side = n;
+        while side > 1 {
+            let (below, half) = (pyramid.last().expect("level 0 is there"), side.div_ceil(2));
+            let next = (0..half * half)
+                .map(|c| {
+                    let (i, j) = (c % half, c / half);
+                    let mut range = Range { min: f32::MAX, max: 0.0 };
+                    for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                        let (x, y) = (2 * i + x, 2 * j + y);
+                        if x < side && y < side {
+                            let r = below[y * side + x];
+                            range = Range { min: range.min.min(r.min), max: range.max.max(r.max) };
+                        }
+                    }
+                    range
+                })
+                .collect();
+            pyramid.push(next);
+            side = half;
+        }
+        Self { inverse, gap, pyramid }
+    }
+
+    /// The four corner samples of a cell: top left, top right, bottom left, bottom right.
+    #[inline]
+    pub(super) fn corners(&self, n: usize, i: usize, j: usize) -> [f32; 4] {
+        let k = j * (n + 1) + i;
+        [self.inverse[k], self.inverse[k + 1], self.inverse[k + n + 1], self.inverse[k + n + 2]]
+    }
+
+    /// Inverse planar depth at `at` in [−1, 1]², and the plane (a, b, c) with inverse = a·x + b·y + c through it.
+    pub(super) fn patch(&self, n: usize, at: Vec2) -> (f32, Vec3) {
+        let g = ((at + 1.0) * (0.5 * n as f32)).clamp(Vec2::ZERO, Vec2::splat(n as f32));
+        let (i, j) = ((g.x as usize).min(n - 1), (g.y as usize).min(n - 1));
+        let f = g - Vec2::new(i as f32, j as f32);
+        let [a, b, c, d] = self.corners(n, i, j);
+        let per_unit = 0.5 * n as f32;
+        if self.gap[j * n + i] {
+            let corner = |right: bool, lower: bool| match (right, lower) {
+                (false, false) => a,
+                (true, false) => b,
+                (false, true) => c,
+                (true, true) => d,
+            };
+            let w = corner(f.x >= 0.5, f.y >= 0.5);
+            return (w, Vec3::new(0.0, 0.0, w));
+        }
+        let (top, bottom) = (a + (b - a) * f.x, c + (d - c) * f.x);
+        let w = top + (bottom - top) * f.y;
+        let dx = ((b - a) * (1.0 - f.y) + (d - c) * f.y) * per_unit;
+        let dy = (bottom - top) * per_unit;
+        (w, Vec3::new(dx, dy, w - dx * at.x - dy * at.y))
+    }
+}

@@ -1,0 +1,261 @@
+//! The change of a real surface: Algorithm 1 of the DPT paper at its first vertex, made exact for real surfaces that see
+//! one another, and sampled where the change is.
+//!
+//! At a real point x, for a direction ω:
+//! - an object lies first: f·cos·(L_object − L_real), where L_real is what the object hides — the *blocked* light;
+//! - a real surface lies first: f·cos times *its* change (second order, from two bounces on);
+//! - nothing lies first: no change.
+//!
+//! Three strategies find directions: the cones in which the objects' bounds are seen, the light (only the blocked light
+//! needs it), and the cosine (inside the bounds, and for the second order). The balance heuristic joins them. A point
+//! whose hemisphere does not see the bounds has no first-order change and costs nothing.
+
+use super::path::{First, Scene};
+use super::{Mis, Tracer, Walk};
+use crate::bsdf::concentric_disc;
+use crate::bvh::Ray;
+use crate::objects::{Ball, MAX_CLUSTERS};
+use crate::world::{LightSample, RealHit, RealWorld};
+use glam::{Vec2, Vec3};
+use std::f32::consts::{FRAC_1_PI, TAU};
+
+/// Share of the irradiance from which on every sample looks for objects; a smaller one is looked for less often, in
+/// proportion, which leaves its noise below that of points nearer by. Chosen by the race on the planes kits.
+const FULL_EFFORT: f32 = 0.04;
+/// …but at least this often.
+const LEAST_EFFORT: f32 = 0.1;
+/// How often the second order is sampled: it is small, and smooth.
+const SECOND_ORDER_EFFORT: f32 = 0.25;
+
+/// The directions in which a ball is seen.
+#[derive(Clone, Copy)]
+struct Cone {
+    axis: Vec3,
+    cos: f32,
+    /// Probability of being chosen, divided by the solid angle.
+    density: f32,
+    probability: f32,
+}
+
+/// Where the objects are, seen from a point.
+struct Aim {
+    cones: [Cone; MAX_CLUSTERS],
+    count: usize,
+    /// The point lies inside the bounds of an object: any direction may meet it.
+    inside: bool,
+    /// About the share of the irradiance that comes through the cones.
+    form_factor: f32,
+}
+
+impl Aim {
+    fn new(balls: &[Ball], x: Vec3, normal: Vec3) -> Self {
+        let none = Cone { axis: Vec3::Y, cos: 1.0, density: 0.0, probability: 0.0 };
+        let mut aim = Self { cones: [none; MAX_CLUSTERS], count: 0, inside: false, form_factor: 0.0 };
+        let mut total = 0.0;
+        for ball in balls {
+            let to = ball.center - x;
+            let d2 = to.length_squared();
+            let r2 = ball.radius * ball.radius;
+            if to.dot(normal) <= -ball.radius {
+                continue;
+            }
+            // Close to the ball the cone is nearly the hemisphere, and the cosine does as well.
+            if d2 <= 1.05 * r2 {
+                aim.inside = true;
+                continue;
+            }
+            let sin2 = r2 / d2;
+            let axis = to / d2.sqrt();
+            let facing = axis.dot(normal).max(0.3 * sin2.sqrt());
+            let cos = (1.0 - sin2).sqrt();
+            // 1 − cos without cancellation.
+            let cap = sin2 / (1.0 + cos);
+            let probability = cap * facing;
+            aim.form_factor += sin2 * facing;
+            aim.cones[aim.count] = Cone { axis, cos, density: facing / TAU, probability };
+            aim.count += 1;
+            total += probability;
+        }
+        for cone in &mut aim.cones[..aim.count] {
+            cone.probability /= total;
+            cone.density /= total;
+        }
+        aim
+    }
+
+    fn nothing(&self) -> bool {
+        self.count == 0 && !self.inside
+    }
+
+    #[inline]
+    fn pdf(&self, d: Vec3) -> f32 {
+        self.cones[..self.count].iter().filter(|c| c.axis.dot(d) >= c.cos).map(|c| c.density).sum()
+    }
+
+    #[inline]
+    fn meets(&self, d: Vec3) -> bool {
+        self.inside || self.cones[..self.count].iter().any(|c| c.axis.dot(d) >= c.cos)
+    }
+
+    #[inline]
+    fn sample(&self, at: Vec2, mut pick: f32) -> Vec3 {
+        let mut chosen = self.cones[self.count - 1];
+        for cone in &self.cones[..self.count] {
+            if pick < cone.probability {
+                chosen = *cone;
+                break;
+            }
+            pick -= cone.probability;
+        }
+        // Uniform over the cap: the disc's radius squared is uniform, and so is the height.
+        let disc = concentric_disc(at);
+        let r2 = disc.length_squared();
+        let height = (1.0 - chosen.cos) * r2;
+        let cos = 1.0 - height;
+        let sin = (height * (2.0 - height)).max(0.0).sqrt();
+        let scale = if r2 > 0.0 { sin / r2.sqrt() } else { 0.0 };
+        let (t, b) = chosen.axis.any_orthonormal_pair();
+        // Rounding must not put the direction outside its own cone, where its density would be 0.
+        let d = t * (disc.x * scale) + b * (disc.y * scale) + chosen.axis * cos.max(chosen.cos + 1e-7);
+        d.normalize()
+    }
+}
+
+/// Which strategy found a direction.
+enum Found {
+    Cone,
+    Cosine,
+    Light(LightSample),
+}
+
+/// A real point whose change is asked for, and how often each strategy is used there.
+struct Point<'a> {
+    hit: &'a RealHit,
+    x: Vec3,
+    aim: Aim,
+    cone_rate: f32,
+    light_rate: f32,
+    cosine_rate: f32,
+    second_order: bool,
+    bounces: u32,
+}
+
+impl<'a, W: RealWorld> Tracer<'a, W> {
+    /// One estimate of the change of the radiance a real surface sends out, all strategies used.
+    pub(crate) fn delta(&self, hit: &RealHit, bounces: u32, walk: &mut Walk) -> Vec3 {
+        self.delta_at(hit, bounces, 1.0, walk)
+    }
+
+    /// The same with about one ray, for points that only colour a path's end.
+    pub(crate) fn delta_once(&self, hit: &RealHit, bounces: u32, walk: &mut Walk) -> Vec3 {
+        self.delta_at(hit, bounces, 0.5, walk)
+    }
+
+    fn delta_at(&self, hit: &RealHit, bounces: u32, effort: f32, walk: &mut Walk) -> Vec3 {
+        let x = self.world.leave(hit);
+        let aim = Aim::new(self.objects.clusters(), x, hit.normal);
+        let second_order = bounces >= 2 && self.params.second_order && self.world.sees_itself();
+        if aim.nothing() && !second_order {
+            return Vec3::ZERO;
+        }
+        let reflectance = self.world.reflectance(hit);
+        if reflectance == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let mis = self.params.mis;
+        let cosine_rate = if aim.inside || mis == Mis::BsdfOnly {
+            effort
+        } else if second_order {
+            effort * SECOND_ORDER_EFFORT
+        } else {
+            0.0
+        };
+        let cones = aim.count > 0 && mis != Mis::BsdfOnly;
+        let cone_rate = if cones { effort * (aim.form_factor / FULL_EFFORT).clamp(LEAST_EFFORT, 1.0) } else { 0.0 };
+        let light_rate = if aim.nothing() || mis == Mis::BsdfOnly { 0.0 } else { effort };
+        let point = Point { hit, x, aim, cone_rate, light_rate, cosine_rate, second_order, bounces };
+
+        let (u, v) = (walk.sampler.next_4d(), walk.sampler.next_4d());
+        let mut change = Vec3::ZERO;
+        if u[2] < light_rate
+            && let Some(sample) = self.world.sample_light(x, Vec2::new(u[0], u[1]))
+        {
+            change += self.change_along(&point, sample.direction, &Found::Light(sample), walk);
+        }
+        if v[3] < cone_rate {
+            let d = point.aim.sample(Vec2::new(v[0], v[1]), v[2]);
+            change += self.change_along(&point, d, &Found::Cone, walk);
+        }
+        if cosine_rate > 0.0 {
+            let w = walk.sampler.next_4d();
+            if w[2] < cosine_rate {
+                let disc = concentric_disc(Vec2::new(w[0], w[1]));
+                let (t, b) = hit.normal.any_orthonormal_pair();
+                let d = t * disc.x + b * disc.y + hit.normal * (1.0 - disc.length_squared()).max(0.0).sqrt();
+                change += self.change_along(&point, d, &Found::Cosine, walk);
+            }
+        }
+        reflectance * FRAC_1_PI * change
+    }
+
+    /// cos·(change of the radiance from `d`) over the density of finding it.
+    fn change_along(&self, point: &Point<'_>, d: Vec3, found: &Found, walk: &mut Walk) -> Vec3 {
+        let cos = d.dot(point.hit.normal);
+        if cos <= 0.0 || (matches!(found, Found::Light(_)) && !point.aim.meets(d)) {
+            return Vec3::ZERO;
+        }
+        let ray = Ray::new(point.x, d);
+        walk.rays += 1;
+        let object = self.objects.intersect(&ray);
+        if object.is_none() && !(matches!(found, Found::Cosine) && point.second_order) {
+            return Vec3::ZERO;
+        }
+        walk.rays += 1;
+        let behind = match found {
+            Found::Light(sample) => match self.world.reach(&ray, sample) {
+                Some(behind) => behind,
+                None => return Vec3::ZERO,
+            },
+            _ => self.world.hit(&ray),
+        };
+        let object = match (object, &behind) {
+            (Some(object), Some(real)) if real.t < object.hit.t => None,
+            (object, _) => object,
+        };
+        let Some(object) = object else {
+            // A real surface lies first, or nothing does.
+            return match (&behind, found) {
+                (Some(real), Found::Cosine) if point.second_order => {
+                    self.delta_once(real, point.bounces - 1, walk) / (FRAC_1_PI * point.cosine_rate)
+                }
+                _ => Vec3::ZERO,
+            };
+        };
+        let by_aim = point.cone_rate * point.aim.pdf(d) + point.cosine_rate * cos * FRAC_1_PI;
+        let by_light = point.light_rate * self.world.light_pdf(point.x, d, behind.as_ref());
+        let blocked = match behind {
+            None => self.world.infinity(d),
+            Some(real) => match real.radiance {
+                Some(radiance) => radiance,
+                None => self.radiance(ray, First::Real(real), None, point.bounces - 1, Scene::Real, walk),
+            },
+        };
+        let all = match self.params.mis {
+            Mis::LightOnly if by_light > 0.0 => by_light,
+            _ => by_aim + by_light,
+        };
+        if by_aim <= 0.0 || !all.is_finite() {
+            // A direction that rounding has put outside its own cone.
+            return Vec3::ZERO;
+        }
+        let mut change = -blocked / all;
+        if !matches!(found, Found::Light(_)) {
+            if self.params.mis == Mis::LightOnly && by_light > 0.0 {
+                change = Vec3::ZERO;
+            }
+            // What the object sends has nothing to do with where the light is.
+            change += self.radiance(ray, First::Object(object), None, point.bounces - 1, Scene::Mixed, walk) / by_aim;
+        }
+        change * cos
+    }
+}

@@ -1,0 +1,156 @@
+//! A whole frame: pixels, samples, layers.
+
+use super::path::{First, Scene};
+use super::{Method, TraceParams, Tracer, Walk};
+use crate::bvh::Ray;
+use crate::objects::Objects;
+use crate::world::RealWorld;
+use glam::{UVec2, Vec2, Vec3};
+use pano_core::{camera::Camera, layers::TracedLayers, progress::Progress, random::Sampler, random::Stream};
+use rayon::prelude::*;
+
+/// A frame to trace.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'a> {
+    /// The view.
+    pub camera: &'a Camera,
+    /// The virtual objects.
+    pub objects: &'a Objects,
+    /// Which random numbers.
+    pub stream: Stream,
+}
+
+/// A traced frame.
+#[derive(Clone, Debug)]
+pub struct Traced {
+    /// Its layers.
+    pub layers: TracedLayers,
+    /// Rays it took, shadow rays included.
+    pub rays: u64,
+    /// Samples that came out NaN or infinite and count as 0; none are expected.
+    pub discarded: u64,
+}
+
+/// What a pixel comes to.
+#[derive(Clone, Copy, Debug)]
+struct Pixel {
+    object: Vec3,
+    coverage: f32,
+    delta: Vec3,
+    depth: f32,
+    normal: Vec3,
+    albedo: Vec3,
+}
+
+/// Traces a frame on the CPU, rows in parallel; the result does not depend on the number of threads. `None` if
+/// `progress` cancels.
+pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, progress: &dyn Progress) -> Option<Traced> {
+    let camera = frame.camera;
+    let (w, h) = (camera.width, camera.height);
+    let tracer = Tracer { objects: frame.objects, world, params };
+    progress.begin("trace", h as u64);
+    let rows: Vec<(Vec<Pixel>, u64, u64)> = (0..h)
+        .into_par_iter()
+        .map(|y| {
+            let (mut rays, mut discarded) = (0, 0);
+            let row = if progress.cancelled() {
+                Vec::new()
+            } else {
+                (0..w).map(|x| tracer.pixel(frame, UVec2::new(x as u32, y as u32), &mut rays, &mut discarded)).collect()
+            };
+            progress.advance(1);
+            (row, rays, discarded)
+        })
+        .collect();
+    if progress.cancelled() {
+        return None;
+    }
+    let mut layers = TracedLayers::empty(w, h);
+    for (y, (row, _, _)) in rows.iter().enumerate() {
+        for (x, p) in row.iter().enumerate() {
+            layers.object.set(x, y, p.object);
+            layers.coverage.set(x, y, p.coverage);
+            layers.delta.set(x, y, p.delta);
+            layers.depth.set(x, y, p.depth);
+            layers.normal.set(x, y, p.normal);
+            layers.albedo.set(x, y, p.albedo);
+        }
+    }
+    Some(Traced { layers, rays: rows.iter().map(|r| r.1).sum(), discarded: rows.iter().map(|r| r.2).sum() })
+}
+
+impl<'a, W: RealWorld> Tracer<'a, W> {
+    fn pixel(&self, frame: &Frame<'_>, at: UVec2, rays: &mut u64, discarded: &mut u64) -> Pixel {
+        let corner = Vec2::new(at.x as f32, at.y as f32);
+        let mut pixel = self.guides(frame, corner + 0.5);
+        let (mut covered, mut object, mut delta) = (0u32, Vec3::ZERO, Vec3::ZERO);
+        let samples = self.params.samples;
+        for index in 0..samples {
+            let mut walk = Walk { sampler: Sampler::new(at, index, frame.stream), rays: 0 };
+            let jitter = walk.sampler.next_2d();
+            let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + jitter));
+            let first = self.first(&ray, Scene::Mixed, &mut walk);
+            let (into_object, value) = self.sample(&ray, first, &mut walk);
+            *rays += walk.rays;
+            covered += u32::from(into_object);
+            let value = if value.is_finite() {
+                value
+            } else {
+                *discarded += 1;
+                Vec3::ZERO
+            };
+            if into_object { object += value } else { delta += value }
+        }
+        let share = 1.0 / samples as f32;
+        pixel.object = object * share;
+        pixel.delta = delta * share;
+        pixel.coverage = covered as f32 * share;
+        pixel
+    }
+
+    /// Whether the sample shows an object, and its radiance or the change of the real surface it shows.
+    fn sample(&self, ray: &Ray, first: First, walk: &mut Walk) -> (bool, Vec3) {
+        let bounces = self.params.bounces;
+        match (first, self.params.method) {
+            (First::Infinity, _) => (false, Vec3::ZERO),
+            (First::Object(hit), Method::Ibl) => (true, self.image_based(ray, &hit, walk)),
+            (First::Object(_), method) => {
+                let radiance = self.radiance(*ray, first, None, bounces, Scene::Mixed, walk);
+                if method == Method::TwoPass {
+                    // The second pass renders the real scene everywhere; here nothing of it is used.
+                    if let Some(hit) = self.world.hit(ray) {
+                        self.outgoing(&hit, bounces, Scene::Real, walk);
+                    }
+                }
+                (true, radiance)
+            }
+            (First::Real(hit), method) => {
+                let change = match method {
+                    Method::Dpt => self.delta(&hit, bounces, walk),
+                    Method::OnePass => {
+                        let (mixed, real) = self.one_pass(&hit, bounces, walk);
+                        mixed - real
+                    }
+                    Method::TwoPass => self.two_pass(&hit, bounces, walk),
+                    Method::Ibl => Vec3::ZERO,
+                };
+                (false, change)
+            }
+        }
+    }
+
+    /// What filters are guided by, at the pixel's centre.
+    fn guides(&self, frame: &Frame<'_>, center: Vec2) -> Pixel {
+        let ray = Ray::new(frame.camera.position, frame.camera.direction(center));
+        let mut walk = Walk { sampler: Sampler::new(UVec2::ZERO, 0, frame.stream), rays: 0 };
+        let (depth, normal, albedo) = match self.first(&ray, Scene::Mixed, &mut walk) {
+            First::Infinity => (f32::INFINITY, Vec3::ZERO, Vec3::ZERO),
+            First::Real(hit) => (hit.t, hit.normal, self.world.reflectance(&hit)),
+            First::Object(hit) => {
+                let surface = self.objects.surface(&ray, &hit);
+                (hit.hit.t, surface.bsdf.normal(), surface.albedo)
+            }
+        };
+        Pixel { object: Vec3::ZERO, coverage: 0.0, delta: Vec3::ZERO, depth, normal, albedo }
+    }
+}

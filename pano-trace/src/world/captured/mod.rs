@@ -1,0 +1,231 @@
+//! The radiance field that a panorama with depth has captured: every real surface already carries all real light, lights
+//! what it faces, and blocks what is behind it.
+
+mod infinity;
+mod irradiance;
+
+use super::{Environment, LightSample, RealHit, RealWorld, proxy::reflectance_from};
+use crate::bvh::Ray;
+use crate::prt::{DepthField, FieldOptions};
+use glam::{Quat, Vec2, Vec3};
+use irradiance::IrradianceMap;
+use pano_core::{color, distribution::SphereDistribution, image::Image, image::RadianceImage, progress::Progress, sphere};
+use std::sync::Arc;
+
+/// How a captured field is prepared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CapturedOptions {
+    /// How depth becomes a surface.
+    pub field: FieldOptions,
+    /// Largest diffuse reflectance, [0, 1]; what a surface sends out beyond that is its own emission, which no shadow
+    /// touches. .9 is white paper; lower protects more lamps and weakens shadows on white surfaces.
+    pub reflectance_cap: f32,
+    /// Columns of the map of irradiance from which reflectance is read (rows: half). Higher follows existing shadows more
+    /// closely; cost grows with the square.
+    pub irradiance_width: usize,
+    /// Pairs of rays per texel of that map. The noise of the irradiance falls with the root and is filtered afterwards.
+    pub irradiance_samples: u32,
+}
+
+impl Default for CapturedOptions {
+    fn default() -> Self {
+        Self { field: FieldOptions::default(), reflectance_cap: 0.9, irradiance_width: 512, irradiance_samples: 32 }
+    }
+}
+
+/// Columns of the table that light is sampled from; finer ones miss the cache and gain nothing measurable.
+const LIGHT_TABLE_WIDTH: usize = 512;
+/// Rays that start nearer than this to the capture point are the panorama's own; metres.
+const AT_CAPTURE: f32 = 1e-4;
+/// How far above its surface a ray starts, as a share of the distance to the capture point. The surface meets itself
+/// exactly, so this only has to cover rounding.
+const LEAVE: f32 = 3e-4;
+
+/// A panorama with depth as a world of rays.
+#[derive(Clone, Debug)]
+pub struct CapturedWorld {
+    radiance: Arc<RadianceImage>,
+    field: DepthField,
+    world_from_pano: Quat,
+    capture: Vec3,
+    light: Option<SphereDistribution>,
+    /// What infinity shows, also where the panorama shows something else; `None`: the panorama has depth everywhere.
+    infinity: Option<RadianceImage>,
+    irradiance: Option<IrradianceMap>,
+    cap: f32,
+}
+
+impl CapturedWorld {
+    /// From an equirectangular picture in Pano's convention and its depth (distance along the ray in metres, not finite
+    /// where nothing is; it may have another size), captured at `capture` and turned into the world by `world_from_pano`.
+    ///
+    /// `None` if `progress` cancels.
+    pub fn new(
+        radiance: Arc<RadianceImage>,
+        depth: &Image<f32>,
+        world_from_pano: Quat,
+        capture: Vec3,
+        options: &CapturedOptions,
+        progress: &dyn Progress,
+    ) -> Option<Self> {
+        let light = SphereDistribution::new(&reduced_luminance(&radiance));
+        let mut world = Self {
+            field: DepthField::new(depth, &options.field),
+            infinity: infinity::what_infinity_shows(&radiance, depth),
+            radiance,
+            world_from_pano,
+            capture,
+            light,
+            irradiance: None,
+            cap: options.reflectance_cap,
+        };
+        world.irradiance = Some(IrradianceMap::new(&world, options, progress)?);
+        Some(world)
+    }
+
+    /// Irradiance at a hit.
+    pub fn irradiance(&self, hit: &RealHit) -> Vec3 {
+        self.irradiance
+            .as_ref()
+            .map_or(Vec3::ZERO, |map| map.look(self.to_pano(hit.position), self.world_from_pano.inverse() * hit.normal))
+    }
+
+    fn to_pano(&self, position: Vec3) -> Vec3 {
+        self.world_from_pano.inverse() * (position - self.capture)
+    }
+
+    /// The surface that the panorama itself shows along `direction` (panorama frame).
+    fn look(&self, direction: Vec3) -> Option<RealHit> {
+        let (inverse, plane) = self.field.look(direction);
+        if inverse <= 0.0 {
+            return None;
+        }
+        let at = direction / inverse;
+        let toward = -plane.try_normalize()?;
+        Some(RealHit {
+            t: 1.0 / inverse,
+            position: self.capture + self.world_from_pano * at,
+            normal: self.world_from_pano * toward,
+            surface: 0,
+            radiance: Some(sphere::bilinear(&self.radiance, sphere::uv_from_direction(direction))),
+        })
+    }
+
+    /// Radiance shown at a point; across a gap the nearest texel's, never a mixture of front and back.
+    fn shown(&self, at: Vec3, at_gap: bool) -> Vec3 {
+        let uv = sphere::uv_from_direction(at);
+        if !at_gap {
+            return sphere::bilinear(&self.radiance, uv);
+        }
+        let taps = sphere::bilinear_taps(self.radiance.width(), self.radiance.height(), uv);
+        let nearest = taps.into_iter().max_by(|a, b| a.weight.total_cmp(&b.weight)).unwrap_or_default();
+        self.radiance.get(nearest.x, nearest.y)
+    }
+}
+
+impl RealWorld for CapturedWorld {
+    #[inline]
+    fn hit(&self, ray: &Ray) -> Option<RealHit> {
+        let inverse_turn = self.world_from_pano.inverse();
+        let (origin, direction) = (inverse_turn * (ray.origin - self.capture), inverse_turn * ray.direction);
+        if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
+            return self.look(direction).filter(|h| h.t < ray.t_max);
+        }
+        let hit = self.field.march(origin, direction, ray.t_max)?;
+        Some(RealHit {
+            t: hit.t,
+            position: ray.at(hit.t),
+            normal: self.world_from_pano * hit.normal,
+            surface: 0,
+            radiance: Some(self.shown(origin + direction * hit.t, hit.at_gap)),
+        })
+    }
+
+    #[inline]
+    fn infinity(&self, direction: Vec3) -> Vec3 {
+        let uv = sphere::uv_from_direction(self.world_from_pano.inverse() * direction);
+        sphere::bilinear(self.infinity.as_ref().unwrap_or(&self.radiance), uv)
+    }
+
+    fn reflectance(&self, hit: &RealHit) -> Vec3 {
+        hit.radiance.map_or(Vec3::ZERO, |radiance| reflectance_from(radiance, self.irradiance(hit), self.cap))
+    }
+
+    #[inline]
+    fn sample_light(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
+        let direction = self.light.as_ref()?.sample(u)?.direction;
+        let (inverse, _) = self.field.look(direction);
+        if inverse <= 0.0 {
+            return Some(LightSample { direction: self.world_from_pano * direction, target: None });
+        }
+        let target = self.capture + self.world_from_pano * (direction / inverse);
+        Some(LightSample { direction: (target - from).try_normalize()?, target: Some(target) })
+    }
+
+    #[inline]
+    fn light_pdf(&self, _from: Vec3, direction: Vec3, behind: Option<&RealHit>) -> f32 {
+        let Some(light) = &self.light else { return 0.0 };
+        match behind {
+            None => {
+                // Only what the panorama sees of infinity is aimed at.
+                let d = self.world_from_pano.inverse() * direction;
+                if self.field.look(d).0 <= 0.0 { light.pdf(d) } else { 0.0 }
+            }
+            Some(hit) => {
+                // Density per steradian at the capture point, per area there, per steradian here.
+                let at = self.to_pano(hit.position);
+                let r2 = at.length_squared();
+                let seen = at / r2.sqrt();
+                let cos_capture = (self.world_from_pano * seen).dot(hit.normal).abs();
+                let cos_here = direction.dot(hit.normal).abs().max(1e-6);
+                let pdf = light.pdf(seen) * hit.t * hit.t * cos_capture / (r2 * cos_here);
+                if pdf.is_finite() { pdf } else { 0.0 }
+            }
+        }
+    }
+
+    #[inline]
+    fn reach(&self, ray: &Ray, sample: &LightSample) -> Option<Option<RealHit>> {
+        let behind = self.hit(ray);
+        let reached = match (sample.target, &behind) {
+            (None, None) => true,
+            (Some(target), Some(hit)) => {
+                // The same patch of the surface, up to rounding.
+                let tolerance = 1e-3 * (hit.t + (target - self.capture).length());
+                target.distance_squared(hit.position) < tolerance * tolerance
+            }
+            _ => false,
+        };
+        reached.then_some(behind)
+    }
+
+    #[inline]
+    fn environment(&self) -> Environment<'_> {
+        Environment { radiance: &self.radiance, light: self.light.as_ref(), pano_from_world: self.world_from_pano.inverse() }
+    }
+
+    fn sees_itself(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn leave(&self, hit: &RealHit) -> Vec3 {
+        hit.position + hit.normal * (LEAVE * (hit.position - self.capture).length())
+    }
+}
+
+/// The panorama's luminance, averaged down to the size of the light table.
+fn reduced_luminance(radiance: &RadianceImage) -> Image<f32> {
+    let (w, h) = radiance.size();
+    let k = w.div_ceil(LIGHT_TABLE_WIDTH).max(1);
+    if k == 1 || w % k != 0 || h % k != 0 {
+        return radiance.map(color::luminance);
+    }
+    Image::from_fn(w / k, h / k, |x, y| {
+        let sum: f32 = (0..k * k).map(|i| color::luminance(radiance.get(x * k + i % k, y * k + i / k))).sum();
+        sum / (k * k) as f32
+    })
+}
+
+#[cfg(test)]
+mod tests;

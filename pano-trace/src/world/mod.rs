@@ -1,0 +1,102 @@
+//! The real world as rays see it: surfaces that receive and block light, and what infinity shows.
+//!
+//! Two worlds exist: [`ProxyWorld`], known geometry under an environment at infinity (DPT's local scene, RT²AR's ghosts),
+//! and [`CapturedWorld`], the radiance field that a panorama with depth has captured.
+
+mod captured;
+mod proxy;
+
+pub use captured::{CapturedOptions, CapturedWorld};
+pub use proxy::{Proxy, ProxyShape, ProxyWorld, Reflectance};
+
+use crate::bvh::Ray;
+use glam::{Quat, Vec2, Vec3};
+use pano_core::{distribution::SphereDistribution, image::RadianceImage, sphere};
+
+/// Where a ray met a real surface.
+#[derive(Clone, Copy, Debug)]
+pub struct RealHit {
+    /// Distance in metres.
+    pub t: f32,
+    /// World position.
+    pub position: Vec3,
+    /// Unit normal on the side the ray came from.
+    pub normal: Vec3,
+    /// Which of the world's surfaces; the index of the proxy.
+    pub surface: u32,
+    /// The radiance that leaves towards the ray's origin, if it is known: a captured surface carries all its light, and a
+    /// path ends there. Of proxies it is not known, and the path goes on.
+    pub radiance: Option<Vec3>,
+}
+
+/// A direction in which light may come.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit direction.
+    pub direction: Vec3,
+    /// Where the light was aimed at; `None` at infinity.
+    pub target: Option<Vec3>,
+}
+
+/// A panorama seen as light from infinity.
+#[derive(Clone, Copy, Debug)]
+pub struct Environment<'a> {
+    /// Equirectangular radiance.
+    pub radiance: &'a RadianceImage,
+    /// Its directions in proportion to luminance; `None` if it is black.
+    pub light: Option<&'a SphereDistribution>,
+    /// Turns the world into the panorama's frame.
+    pub pano_from_world: Quat,
+}
+
+impl Environment<'_> {
+    /// Radiance from world direction `d`.
+    #[inline]
+    pub fn look(&self, d: Vec3) -> Vec3 {
+        sphere::bilinear(self.radiance, sphere::uv_from_direction(self.pano_from_world * d))
+    }
+
+    /// Density per steradian of [`Self::sample`] finding world direction `d`.
+    #[inline]
+    pub fn pdf(&self, d: Vec3) -> f32 {
+        self.light.map_or(0.0, |light| light.pdf(self.pano_from_world * d))
+    }
+
+    /// A world direction in proportion to luminance.
+    #[inline]
+    pub fn sample(&self, u: Vec2) -> Option<Vec3> {
+        Some(self.pano_from_world.inverse() * self.light?.sample(u)?.direction)
+    }
+}
+
+/// What rays can ask the real world.
+pub trait RealWorld: Sync {
+    /// The nearest real surface on the ray.
+    fn hit(&self, ray: &Ray) -> Option<RealHit>;
+
+    /// Radiance that comes from infinity along `direction` (pointing away from the viewer).
+    fn infinity(&self, direction: Vec3) -> Vec3;
+
+    /// Diffuse reflectance at a hit.
+    fn reflectance(&self, hit: &RealHit) -> Vec3;
+
+    /// A direction in proportion to the light expected at `from`. `None` in a black world.
+    fn sample_light(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
+
+    /// Density per steradian at `from` of [`Self::sample_light`] finding `direction`, along which the world shows `behind`
+    /// (`None`: infinity), counting only samples that reach what they aim at.
+    fn light_pdf(&self, from: Vec3, direction: Vec3, behind: Option<&RealHit>) -> f32;
+
+    /// What the world shows along `ray` towards a light sample (`Some(None)`: infinity), or `None` if that is not the light
+    /// the sample was aimed at.
+    fn reach(&self, ray: &Ray, sample: &LightSample) -> Option<Option<RealHit>>;
+
+    /// The panorama as an environment at infinity, whatever else is known of the world.
+    fn environment(&self) -> Environment<'_>;
+
+    /// Whether real surfaces can see one another, so that the change of one changes another.
+    fn sees_itself(&self) -> bool;
+
+    /// Where a ray that leaves a real surface starts.
+    fn leave(&self, hit: &RealHit) -> Vec3;
+}
