@@ -12,6 +12,7 @@
 
 pub mod camera;
 pub mod color;
+pub mod depth;
 mod error;
 pub mod image;
 pub mod layers;
