@@ -4,7 +4,7 @@ use super::source::{Format, Source};
 use super::{exr, ldr, pfm};
 use crate::Result;
 use crate::camera::Projection;
-use crate::depth::{DepthFormat, RayDepth};
+use crate::depth::{DepthFormat, DepthKind, RayDepth};
 use crate::image::Image;
 use std::path::Path;
 
@@ -19,18 +19,21 @@ use std::path::Path;
 /// [`Error::File`](crate::Error::File) if the file is missing, damaged, or holds no depth;
 /// [`Error::Argument`](crate::Error::Argument) as [`RayDepth::from_raw`].
 pub fn read_depth(path: impl AsRef<Path>, format: &DepthFormat, projection: Projection) -> Result<RayDepth> {
-    let source = Source::open(path.as_ref())?;
+    RayDepth::from_raw(stored(&Source::open(path.as_ref())?, format.kind)?, format, projection)
+}
+
+/// The stored values of a depth map in memory.
+pub(super) fn stored(source: &Source<'_>, kind: DepthKind) -> Result<Image<f32>> {
     let picture = source.format()?;
-    let raw = source.guard(|| match picture {
-        Format::Exr => exr::read_depth(&source, format.kind),
-        Format::Png => png_depth(&source),
-        Format::Pfm => match pfm::read(&source)? {
+    source.guard(|| match picture {
+        Format::Exr => exr::read_depth(source, kind),
+        Format::Png => png_depth(source),
+        Format::Pfm => match pfm::read(source)? {
             pfm::Pfm::Gray(gray) => Ok(gray),
-            pfm::Pfm::Color(_) => Err(no_depth(&source, "holds colours, not depth")),
+            pfm::Pfm::Color(_) => Err(no_depth(source, "holds colours, not depth")),
         },
-        Format::Jpeg | Format::Hdr => Err(no_depth(&source, "is in a format that cannot hold depth")),
-    })?;
-    RayDepth::from_raw(raw, format, projection)
+        Format::Jpeg | Format::Hdr => Err(no_depth(source, "is in a format that cannot hold depth")),
+    })
 }
 
 /// Raw codes of a gray PNG.

@@ -6,12 +6,12 @@ use crate::Result;
 use crate::color::srgb_to_linear;
 use crate::image::Image;
 use ::image::codecs::{hdr::HdrDecoder, jpeg::JpegDecoder, png::PngDecoder};
-use ::image::{ColorType, ExtendedColorType, ImageDecoder, ImageError};
+use ::image::{ColorType, ImageDecoder, ImageError};
 use glam::Vec3;
 use std::io::Cursor;
 
 /// Bytes that one byte of a zlib stream can stand for, at most (zlib's own documentation: 1032:1).
-pub(super) const ZLIB_RATIO: u64 = 1032;
+const ZLIB_RATIO: u64 = 1032;
 
 /// Codes of a picture with 8 or 16 bits a channel, `channels` of them a pixel.
 #[derive(Debug)]
@@ -29,16 +29,19 @@ pub(super) struct Codes {
 /// Reads a PNG's codes, palettes resolved.
 pub(super) fn png_codes(source: &Source<'_>) -> Result<Codes> {
     let decoder = PngDecoder::new(Cursor::new(&source.bytes)).map_err(|e| damaged(source, "PNG", e))?;
-    let stored = decoder.original_color_type();
-    let (width, height) = decoder.dimensions();
-    source.check_size(width.into(), height.into(), stored.bits_per_pixel().max(1).into(), ZLIB_RATIO)?;
-    let stored_bits = match stored {
-        ExtendedColorType::L1 | ExtendedColorType::La1 => 1,
-        ExtendedColorType::L2 | ExtendedColorType::La2 => 2,
-        ExtendedColorType::L4 | ExtendedColorType::La4 => 4,
-        _ => 8,
+    // The header chunk comes first and has a fixed layout. The decoder tells only what it makes of bits and palettes.
+    let (Some(&bits), Some(&kind)) = (source.bytes.get(24), source.bytes.get(25)) else {
+        return Err(source.broken("is a truncated PNG"));
     };
-    codes(source, "PNG", decoder, stored_bits)
+    let samples = match kind {
+        2 => 3,
+        4 => 2,
+        6 => 4,
+        _ => 1,
+    };
+    let (width, height) = decoder.dimensions();
+    source.check_size(width.into(), height.into(), u64::from(bits) * samples, ZLIB_RATIO)?;
+    codes(source, "PNG", decoder, bits.into())
 }
 
 /// Decodes whatever is in 8 or 16 bits a channel.
@@ -63,7 +66,7 @@ fn codes(source: &Source<'_>, format: &str, decoder: impl ImageDecoder, stored_b
         channels: color.channel_count().into(),
         max: if wide { u16::MAX } else { 255 },
         values,
-        stored_bits: if wide { 16 } else { stored_bits },
+        stored_bits,
     })
 }
 

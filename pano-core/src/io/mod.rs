@@ -104,15 +104,19 @@ fn clamp_or_zero(value: f32, max: f32) -> f32 {
 /// # Errors
 /// [`Error::File`](crate::Error::File) if the file is missing, truncated, damaged, too large, or no picture.
 pub fn read_image(path: impl AsRef<Path>) -> Result<LoadedImage> {
-    let source = Source::open(path.as_ref())?;
+    load(&Source::open(path.as_ref())?)
+}
+
+/// [`read_image`] of a file in memory.
+fn load(source: &Source<'_>) -> Result<LoadedImage> {
     let format = source.format()?;
     source.guard(|| match format {
-        Format::Exr => exr::read_image(&source),
-        Format::Hdr => ldr::read_hdr(&source),
-        Format::Png => ldr::read_png(&source),
-        Format::Jpeg => ldr::read_jpeg(&source),
+        Format::Exr => exr::read_image(source),
+        Format::Hdr => ldr::read_hdr(source),
+        Format::Png => ldr::read_png(source),
+        Format::Jpeg => ldr::read_jpeg(source),
         Format::Pfm => {
-            let radiance = match pfm::read(&source)? {
+            let radiance = match pfm::read(source)? {
                 pfm::Pfm::Gray(gray) => gray.map(Vec3::splat),
                 pfm::Pfm::Color(color) => color,
             };

@@ -40,7 +40,9 @@ impl Chromaticities {
         let cone = DMat3::from_cols_array(&[0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296]);
         let adapt = DMat3::from_diagonal((cone * xyz(target.white)) / (cone * xyz(self.white)));
         let matrix = target.xyz_from_rgb().inverse() * cone.inverse() * adapt * cone * self.xyz_from_rgb();
-        matrix.is_finite().then_some(Some(matrix))
+        // Real gamuts give factors up to about 3; primaries that (nearly) lie on a line give huge ones.
+        let sane = matrix.to_cols_array().iter().all(|factor| factor.abs() < 100.0);
+        sane.then_some(Some(matrix))
     }
 
     /// XYZ of linear RGB, with Y = 1 for white.

@@ -35,8 +35,8 @@ pub(super) fn decode(
     width: usize,
     height: usize,
 ) -> Result<Vec<Vec<f32>>> {
-    let damaged = |e: exr::error::Error| source.broken(format!("is a truncated or damaged EXR: {e}"));
-    let mut chunks = reader.all_chunks(false).map_err(damaged)?;
+    let failed = |e| failure(source, e);
+    let mut chunks = reader.all_chunks(false).map_err(failed)?;
     let meta = chunks.meta_data().clone();
     let mut planes = vec![vec![0.0f32; width * height]; targets.len()];
     let mut seen = HashSet::new();
@@ -45,7 +45,7 @@ pub(super) fn decode(
         let mut batch = Vec::with_capacity(BATCH);
         while batch.len() < BATCH {
             match chunks.read_next_chunk() {
-                Some(chunk) => batch.push(chunk.map_err(damaged)?),
+                Some(chunk) => batch.push(chunk.map_err(failed)?),
                 None => break,
             }
         }
@@ -78,6 +78,16 @@ pub(super) fn decode(
     Ok(planes)
 }
 
+/// The `exr` crate's error as ours.
+pub(super) fn failure(source: &Source<'_>, error: exr::error::Error) -> Error {
+    match error {
+        exr::error::Error::NotSupported(what) => {
+            source.unsupported(format!("is an EXR of an unsupported kind: {what}"), "Save it with ZIP or PIZ compression.")
+        }
+        error => source.broken(format!("is a truncated or damaged EXR: {error}")),
+    }
+}
+
 /// One chunk's pixels; `None` for the smaller levels of a mip map.
 fn decompress(source: &Source<'_>, chunk: Chunk, meta: &MetaData) -> Result<Option<UncompressedBlock>> {
     let header = &meta.headers[chunk.layer_index];
@@ -87,11 +97,16 @@ fn decompress(source: &Source<'_>, chunk: Chunk, meta: &MetaData) -> Result<Opti
         CompressedBlock::ScanLine(lines) => &lines.compressed_pixels_le,
         CompressedBlock::DeepScanLine(_) | CompressedBlock::DeepTile(_) => return Ok(None),
     };
+    let failed = |e| failure(source, e);
     if matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
-        check_dwa_counters(source, bytes, header.max_block_byte_size())?;
+        let tile = header.get_block_data_indices(&chunk.compressed_block).map_err(failed)?;
+        let place = header.get_absolute_block_pixel_coordinates(tile).map_err(failed)?;
+        // A chunk that compression would not make smaller is stored as plain pixels.
+        if bytes.len() != place.size.area() * header.channels.bytes_per_pixel {
+            check_dwa_counters(source, bytes, header.max_block_byte_size())?;
+        }
     }
-    let damaged = |e: exr::error::Error| -> Error { source.broken(format!("is a damaged EXR: {e}")) };
-    UncompressedBlock::decompress_chunk(chunk, meta, false).map(Some).map_err(damaged)
+    UncompressedBlock::decompress_chunk(chunk, meta, false).map(Some).map_err(failed)
 }
 
 /// A DWA chunk starts with counters of what its sections unpack to, which the decoder allocates as they are. No section

@@ -62,11 +62,15 @@ impl ExrChannels {
 /// # Errors
 /// [`Error::File`] if the file is missing, damaged or too large, no EXR, or has subsampled channels or nothing but deep parts.
 pub fn read_exr(path: impl AsRef<Path>) -> Result<ExrChannels> {
-    let source = Source::open(path.as_ref())?;
+    load(&Source::open(path.as_ref())?)
+}
+
+/// [`read_exr`] of a file in memory.
+pub(super) fn load(source: &Source<'_>) -> Result<ExrChannels> {
     if source.format()? != super::source::Format::Exr {
         return Err(source.unsupported("is not an EXR file", "Name an EXR file."));
     }
-    source.guard(|| read::read(&source, |names| Ok((0..names.len()).collect())))
+    source.guard(|| read::read(source, |names| Ok((0..names.len()).collect())))
 }
 
 /// The picture in the file: R, G, B or Y, and A.

@@ -1,7 +1,7 @@
 //! From a file to channels: which parts and channels there are, where they lie, and the checks before any memory is taken.
 
 use super::super::source::{MAX_SIDE, Source};
-use super::decode::{Target, decode};
+use super::decode::{Target, decode, failure};
 use super::{Chromaticities, ExrChannels, split_name};
 use crate::Result;
 use crate::image::Image;
@@ -26,8 +26,7 @@ struct Channel {
 
 /// Reads the channels that `select` picks from the list of names, in the order it gives them.
 pub(super) fn read(source: &Source<'_>, select: impl FnOnce(&[String]) -> Result<Vec<usize>>) -> Result<ExrChannels> {
-    let damaged = |e: exr::error::Error| source.broken(format!("is a damaged EXR: {e}"));
-    let reader = exr::block::read(Cursor::new(source.bytes.as_slice()), false).map_err(damaged)?;
+    let reader = exr::block::read(Cursor::new(source.bytes.as_slice()), false).map_err(|e| failure(source, e))?;
     check(source, reader.headers())?;
     let (names, channels) = channels(source, reader.headers())?;
     let selected = select(&names)?;
