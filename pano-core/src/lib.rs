@@ -12,9 +12,12 @@
 
 pub mod camera;
 pub mod color;
+pub mod depth;
 pub mod distribution;
 mod error;
 pub mod image;
+#[cfg(feature = "io")]
+pub mod io;
 pub mod layers;
 pub mod material;
 pub mod mesh;
