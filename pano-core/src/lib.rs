@@ -10,6 +10,7 @@
 //!
 //! Features: `io` (pictures and meshes), `scene` (the TOML scene file), `metrics` (picture comparison). Each builds alone.
 
+pub mod builtin;
 pub mod camera;
 pub mod color;
 pub mod depth;
