@@ -17,6 +17,8 @@ pub mod image;
 pub mod layers;
 pub mod material;
 pub mod mesh;
+#[cfg(feature = "scene")]
+pub mod scene;
 pub mod sphere;
 
-pub use error::{Error, Result};
+pub use error::{Error, Result, SceneError};
