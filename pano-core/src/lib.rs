@@ -17,6 +17,8 @@ pub mod image;
 pub mod layers;
 pub mod material;
 pub mod mesh;
+#[cfg(feature = "metrics")]
+pub mod metrics;
 #[cfg(feature = "scene")]
 pub mod scene;
 pub mod sphere;
