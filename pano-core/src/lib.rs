@@ -12,8 +12,11 @@
 
 pub mod camera;
 pub mod color;
+pub mod depth;
 mod error;
 pub mod image;
+#[cfg(feature = "io")]
+pub mod io;
 pub mod layers;
 pub mod material;
 pub mod mesh;
