@@ -43,6 +43,7 @@ pub use placement::{Keyframe, Placement, Rotation};
 use crate::{
     Error, Result,
     camera::{Camera, Projection, rotation_from_yaw_pitch},
+    depth::DepthFormat,
     material::Material,
     sphere::Convention,
 };
@@ -79,7 +80,7 @@ pub struct Panorama {
     /// is.
     pub depth: Option<PicturePath>,
     /// How to read `depth`. Default: the preset `exr`.
-    pub depth_format: DepthFormatSpec,
+    pub depth_format: DepthFormat,
     /// World position of the capture point, metres. Default: the origin.
     pub position: Vec3,
     /// Degrees; the picture's centre looks this much further to the right than `convention` says. Default 0.
@@ -90,39 +91,6 @@ pub struct Panorama {
     pub camera_height: Option<f32>,
     /// Frames per second of a sequence, positive. Default 30.
     pub fps: f32,
-}
-
-/// How a depth map's values become distances along the ray in metres.
-#[derive(Clone, Debug, PartialEq)]
-pub enum DepthFormatSpec {
-    /// One of [`DepthFormatSpec::PRESETS`].
-    Preset(String),
-    /// Given piece by piece.
-    Custom {
-        /// What the values measure.
-        kind: DepthKind,
-        /// Metres a unit (for disparity: the product metres × units), positive.
-        scale: f32,
-        /// The stored value that means "nothing there", beside 0, negative, NaN and infinite ones.
-        invalid: Option<f32>,
-    },
-}
-
-/// What the values of a depth map measure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum DepthKind {
-    /// Distance along the ray.
-    Ray,
-    /// Distance along the view axis; in a panorama, along the horizontal axis of the cube face.
-    Z,
-    /// The reciprocal of distance.
-    Disparity,
-}
-
-impl DepthFormatSpec {
-    /// Names of the presets: `exr` (metres), `mm` (millimetres), `stanford2d3ds` (1/512 m, 65535 invalid), `kitti`
-    /// (1/256 m).
-    pub const PRESETS: [&'static str; 4] = ["exr", "mm", "stanford2d3ds", "kitti"];
 }
 
 impl Panorama {

@@ -1,12 +1,17 @@
 //! From spanned TOML to a [`Scene`], table by table.
 
 use super::{
-    DepthFormatSpec, DepthKind, FramePattern, Keyframe, Method, Object, Panorama, PicturePath, Placement, Proxy, ProxyShape,
-    Render, Rotation, Scene, View, ViewKind,
+    FramePattern, Keyframe, Method, Object, Panorama, PicturePath, Placement, Proxy, ProxyShape, Render, Rotation, Scene, View,
+    ViewKind,
     paths::number_format,
     reader::{Source, Table, Value},
 };
-use crate::{Result, material::Material, sphere::Convention};
+use crate::{
+    Result,
+    depth::{DepthFormat, DepthKind},
+    material::Material,
+    sphere::Convention,
+};
 use glam::{Quat, Vec2, Vec3, Vec4};
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
@@ -106,7 +111,7 @@ fn panorama(table: &Table<'_>, folder: &Path) -> Result<Panorama> {
     Ok(Panorama {
         color,
         depth,
-        depth_format: table.get("depth_format").map_or(Ok(DepthFormatSpec::Preset("exr".into())), |v| depth_format(&v))?,
+        depth_format: table.get("depth_format").map_or(Ok(DepthFormat::default()), |v| depth_format(&v))?,
         position: table.get("position").map_or(Ok(Vec3::ZERO), |v| position(&v))?,
         heading: table.get("heading").map_or(Ok(0.0), |v| angle(&v))?,
         convention: table.get("convention").map_or(Ok(Convention::Forward), |v| v.choice(&conventions))?,
@@ -118,21 +123,20 @@ fn panorama(table: &Table<'_>, folder: &Path) -> Result<Panorama> {
     })
 }
 
-fn depth_format(value: &Value<'_>) -> Result<DepthFormatSpec> {
+fn depth_format(value: &Value<'_>) -> Result<DepthFormat> {
     if value.is_string() {
-        let presets = DepthFormatSpec::PRESETS.map(|name| (name, name));
-        return Ok(DepthFormatSpec::Preset(value.choice(&presets)?.to_owned()));
+        let presets = DepthFormat::PRESETS.map(|name| (name, name));
+        let name = value.choice(&presets)?;
+        return Ok(DepthFormat::preset(name).unwrap_or_default());
     }
     let example = "depth_format = \"exr\"` or `depth_format = { kind = \"ray\", scale = 1.0, invalid = 0.0 }";
     let table = value.table("depth_format", example)?;
-    let kinds = [("ray", DepthKind::Ray), ("z", DepthKind::Z), ("disparity", DepthKind::Disparity)];
-    Ok(DepthFormatSpec::Custom {
+    let kinds = [DepthKind::Ray, DepthKind::Z, DepthKind::Disparity].map(|kind| (kind.name(), kind));
+    let invalid = |v: Value<'_>| v.number(|_| true, "; NaN and infinite depths always mean that nothing is there");
+    Ok(DepthFormat {
         kind: table.get("kind").map_or(Ok(DepthKind::Ray), |v| v.choice(&kinds))?,
         scale: table.get("scale").map_or(Ok(1.0), |v| v.number(|s| (1e-9..=1e9).contains(&s), "in [1e-9, 1e9]"))?,
-        invalid: table
-            .get("invalid")
-            .map(|v| v.number(|_| true, "; NaN and infinite depths always mean that nothing is there"))
-            .transpose()?,
+        invalid: table.get("invalid").map(invalid).transpose()?.into_iter().collect(),
     })
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::SceneError;
+use crate::{SceneError, depth::DepthKind};
 use proptest::prelude::*;
 
 /// The example of the format's description, every key in use.
@@ -66,7 +66,7 @@ fn every_key_arrives() {
     let p = &scene.panorama;
     assert_eq!(p.color, PicturePath::Still("dir/pano_color.exr".into()));
     assert_eq!(p.depth, Some(PicturePath::Still("dir/pano_depth.exr".into())));
-    assert_eq!(p.depth_format, DepthFormatSpec::Custom { kind: DepthKind::Ray, scale: 1.0, invalid: Some(0.0) });
+    assert_eq!(p.depth_format, DepthFormat { kind: DepthKind::Ray, scale: 1.0, invalid: vec![0.0] });
     assert_eq!((p.position, p.heading, p.convention), (Vec3::new(0.3, 1.4, 4.2), 10.0, Convention::Mitsuba));
     assert_eq!((p.camera_height, p.fps), (Some(1.6), 25.0));
 
@@ -107,7 +107,7 @@ fn the_least_scene_takes_the_defaults() {
         Panorama {
             color: PicturePath::Still("dir/a.png".into()),
             depth: None,
-            depth_format: DepthFormatSpec::Preset("exr".into()),
+            depth_format: DepthFormat::preset("exr").unwrap(),
             position: Vec3::ZERO,
             heading: 0.0,
             convention: Convention::Forward,
