@@ -1,4 +1,4 @@
-//! How far two pictures are apart.
+//! How far two pictures are apart, and what a picture, a depth map or a mesh holds in a few numbers.
 //!
 //! [`mse`], [`psnr`], [`ws_psnr`], [`ssim`] and [`flip`] take display-encoded RGB in [0, 1]; [`rel_rmse`] takes linear
 //! radiance. With a [`Mask`], means go over the pixels where it is true. Every function fails if the sizes differ or the
@@ -18,11 +18,13 @@
 
 mod flip;
 mod ssim;
+mod summary;
 #[cfg(test)]
 mod tests;
 
 pub use flip::flip;
 pub use ssim::ssim;
+pub use summary::{DepthStats, LuminanceStats, MeshStats};
 
 use crate::{Error, Result, image::Image};
 use glam::{DVec3, Vec3};

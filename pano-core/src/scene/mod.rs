@@ -202,14 +202,18 @@ impl Scene {
     /// Reads and checks a scene file.
     ///
     /// # Errors
-    /// [`Error::File`] if it cannot be read, is larger than 16 MiB or is not UTF-8; [`Error::Scene`] if its content is at
+    /// [`Error::File`] if it cannot be read, is no regular file, is larger than 16 MiB or is not UTF-8; [`Error::Scene`] if its content is at
     /// fault.
     pub fn load(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let io = |e: std::io::Error| Error::file(path, e.to_string(), "check the path and its permissions");
-        let size = std::fs::metadata(path).map_err(io)?.len();
-        if size > MAX_SCENE_BYTES {
-            return Err(Error::file(path, format!("{size} bytes are too many for a scene file"), "give a TOML scene file"));
+        let metadata = std::fs::metadata(path).map_err(io)?;
+        let not_a_scene = |problem: String| Err(Error::file(path, problem, "give a TOML scene file"));
+        if !metadata.is_file() {
+            return not_a_scene("is not a file".into());
+        }
+        if metadata.len() > MAX_SCENE_BYTES {
+            return not_a_scene(format!("{} bytes are too many for a scene file", metadata.len()));
         }
         let bytes = std::fs::read(path).map_err(io)?;
         let text = String::from_utf8(bytes).map_err(|e| {
