@@ -1,7 +1,28 @@
-//! Triangle meshes.
+//! Triangle meshes, and reading them from PLY, OBJ and glTF files (feature `io`).
+
+#[cfg(feature = "io")]
+mod gltf;
+#[cfg(feature = "io")]
+mod mtl;
+#[cfg(feature = "io")]
+mod obj;
+#[cfg(feature = "io")]
+mod ply;
+#[cfg(feature = "io")]
+mod read;
+#[cfg(feature = "io")]
+mod texture_file;
+
+#[cfg(all(test, feature = "io"))]
+mod read_tests;
+#[cfg(test)]
+mod tests;
+
+#[cfg(feature = "io")]
+pub use read::read_mesh;
 
 use crate::{Error, Result, material::Material};
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 
 /// A triangle mesh in its own space, +Y up, metres.
 #[derive(Clone, Debug, Default)]
@@ -63,26 +84,94 @@ impl Mesh {
         Some(self.positions.iter().fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p))))
     }
 
-    /// Appends `other`, with its materials.
+    /// Appends `other`, with its materials. A mesh without materials counts as made of [`Material::default`]; where only
+    /// one of the two has normals, the other's faces become flat (its vertices are no longer shared between faces).
     pub fn append(&mut self, other: &Mesh) {
-        let (vertex, material) = (self.positions.len() as u32, self.materials.len() as u32);
-        let pad = |mine: usize, theirs: usize| mine != 0 || theirs != 0;
-        if pad(self.normals.len(), other.normals.len()) {
-            let mine = if self.normals.is_empty() { self.vertex_normals() } else { std::mem::take(&mut self.normals) };
-            let theirs = if other.normals.is_empty() { other.vertex_normals() } else { other.normals.clone() };
-            self.normals = [mine, theirs].concat();
+        if !self.normals.is_empty() && other.normals.is_empty() && !other.triangles.is_empty() {
+            return self.append(&other.flat());
         }
-        if pad(self.uvs.len(), other.uvs.len()) {
-            self.uvs.resize(self.positions.len(), Vec2::ZERO);
+        if self.normals.is_empty() && !other.normals.is_empty() && !self.triangles.is_empty() {
+            *self = self.flat();
+        }
+        let (vertex, triangles) = (self.positions.len(), self.triangles.len());
+        let material = if self.materials.is_empty() && other.materials.is_empty() {
+            0
+        } else {
+            if self.materials.is_empty() && !self.triangles.is_empty() {
+                self.materials.push(Material::default());
+            }
+            let first = self.materials.len() as u32;
+            self.materials.extend_from_slice(&other.materials);
+            if other.materials.is_empty() {
+                self.materials.push(Material::default());
+            }
+            first
+        };
+        // Vertices without faces have no normal of their own; any unit vector will do.
+        let pad = |n: usize| std::iter::repeat_n(Vec3::Y, n);
+        if !self.normals.is_empty() || !other.normals.is_empty() {
+            self.normals.extend(pad(vertex - self.normals.len()));
+            self.normals.extend_from_slice(&other.normals);
+            self.normals.extend(pad(vertex + other.positions.len() - self.normals.len()));
+        }
+        if !self.uvs.is_empty() || !other.uvs.is_empty() {
+            self.uvs.resize(vertex, Vec2::ZERO);
             self.uvs.extend_from_slice(&other.uvs);
-            self.uvs.resize(self.positions.len() + other.positions.len(), Vec2::ZERO);
+            self.uvs.resize(vertex + other.positions.len(), Vec2::ZERO);
         }
-        let own_ids = |m: &Mesh| if m.material_ids.is_empty() { vec![0; m.triangles.len()] } else { m.material_ids.clone() };
-        let (mine, theirs) = (own_ids(self), own_ids(other));
-        self.material_ids = mine.into_iter().chain(theirs.into_iter().map(|id| id + material)).collect();
-        self.materials.extend_from_slice(&other.materials);
+        self.material_ids.resize(triangles, 0);
+        self.material_ids.extend((0..other.triangles.len()).map(|i| material + other.material_id(i)));
         self.positions.extend_from_slice(&other.positions);
-        self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + vertex)));
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + vertex as u32)));
+    }
+
+    /// Index into `materials` of triangle `triangle`.
+    #[inline]
+    pub fn material_id(&self, triangle: usize) -> u32 {
+        self.material_ids.get(triangle).copied().unwrap_or(0)
+    }
+
+    /// Moves, turns and scales the mesh. Normals follow by the inverse transpose, and a mirroring transform turns the faces'
+    /// winding round, so that outside stays outside.
+    pub fn transform(&mut self, transform: &Affine3A) {
+        for p in &mut self.positions {
+            *p = transform.transform_point3(*p);
+        }
+        let m = transform.matrix3;
+        // The cofactor matrix is the inverse transpose times the determinant, and exists for singular transforms too.
+        let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let cofactors = glam::Mat3A::from_cols(
+            m.y_axis.cross(m.z_axis) * sign,
+            m.z_axis.cross(m.x_axis) * sign,
+            m.x_axis.cross(m.y_axis) * sign,
+        );
+        // Scaled up first: the cofactors of a transform by 1e-20 would underflow when squared.
+        let size = cofactors.to_cols_array().iter().fold(0.0f32, |a, b| a.max(b.abs()));
+        for n in &mut self.normals {
+            *n = (cofactors * (1.0 / size) * *n).try_normalize().unwrap_or(*n);
+        }
+        if sign < 0.0 {
+            for t in &mut self.triangles {
+                t.swap(1, 2);
+            }
+        }
+    }
+
+    /// The same faces with vertices of their own and the faces' normals: a faceted look.
+    pub fn flat(&self) -> Mesh {
+        let corners = || self.triangles.iter().flatten().map(|&v| v as usize);
+        let normal = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| self.positions[v as usize]);
+            (b - a).cross(c - a).try_normalize().unwrap_or(Vec3::Y)
+        };
+        Mesh {
+            positions: corners().map(|v| self.positions[v]).collect(),
+            normals: self.triangles.iter().flat_map(|t| [normal(t); 3]).collect(),
+            uvs: if self.uvs.is_empty() { Vec::new() } else { corners().map(|v| self.uvs[v]).collect() },
+            triangles: (0..self.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            material_ids: self.material_ids.clone(),
+            materials: self.materials.clone(),
+        }
     }
 
     /// Area-weighted unit normals per vertex; +Y where a vertex belongs to no proper face.
