@@ -19,30 +19,35 @@ pub enum Error {
         /// What to do about it, one sentence.
         remedy: String,
     },
-    /// A scene file breaks the format; `span` are byte offsets into `text`.
-    #[error("{}:{line}:{column}: {problem}", path.display())]
-    Scene {
-        /// The scene file.
-        path: PathBuf,
-        /// The scene file's text, for showing the line.
-        text: String,
-        /// Byte range of the offending key or value in `text`.
-        span: std::ops::Range<usize>,
-        /// 1-based line of the span's start.
-        line: usize,
-        /// 1-based column (in characters) of the span's start.
-        column: usize,
-        /// What is wrong.
-        problem: String,
-        /// What to do about it, one sentence.
-        remedy: String,
-    },
+    /// A scene file breaks the format.
+    #[error("{0}")]
+    Scene(Box<SceneError>),
     /// A caller passed values that do not fit together (sizes, ranges).
     #[error("{problem}")]
     Argument {
         /// What does not fit, with the values.
         problem: String,
     },
+}
+
+/// What is wrong with a scene file, and where.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}:{line}:{column}: {problem}", path.display())]
+pub struct SceneError {
+    /// The scene file.
+    pub path: PathBuf,
+    /// The scene file's text, for showing the line.
+    pub text: String,
+    /// Byte range of the offending key or value in `text`, on character boundaries; empty where something is missing.
+    pub span: std::ops::Range<usize>,
+    /// 1-based line of the span's start.
+    pub line: usize,
+    /// 1-based column (in characters) of the span's start.
+    pub column: usize,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do about it, one sentence.
+    pub remedy: String,
 }
 
 impl Error {
@@ -59,7 +64,8 @@ impl Error {
     /// What the user can do about it, if the error knows.
     pub fn remedy(&self) -> Option<&str> {
         match self {
-            Self::File { remedy, .. } | Self::Scene { remedy, .. } => Some(remedy),
+            Self::File { remedy, .. } => Some(remedy),
+            Self::Scene(error) => Some(&error.remedy),
             Self::Argument { .. } => None,
         }
     }

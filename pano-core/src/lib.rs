@@ -22,8 +22,12 @@ pub mod io;
 pub mod layers;
 pub mod material;
 pub mod mesh;
+#[cfg(feature = "metrics")]
+pub mod metrics;
 pub mod progress;
 pub mod random;
+#[cfg(feature = "scene")]
+pub mod scene;
 pub mod sphere;
 
-pub use error::{Error, Result};
+pub use error::{Error, Result, SceneError};

@@ -1,0 +1,25 @@
+//! One file a command.
+
+mod compare;
+mod info;
+
+use crate::failure::Failure;
+
+/// What `pano` can do.
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Command {
+    /// Say how far two pictures are apart
+    Compare(compare::Args),
+    /// Say what panoramas, depth maps, meshes and scenes hold, and what is wrong with them
+    Info(info::Args),
+}
+
+impl Command {
+    /// Runs the command.
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        match self {
+            Self::Compare(args) => compare::run(args),
+            Self::Info(args) => info::run(args),
+        }
+    }
+}

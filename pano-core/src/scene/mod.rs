@@ -1,0 +1,254 @@
+//! The scene file: TOML that names a panorama, what is known of the real place, the virtual objects, the view and how to
+//! render it.
+//!
+//! [`Scene::load`] checks everything that can be checked without opening another file, so that a [`Scene`] holds usable
+//! values only. Faults come back as [`Error::Scene`](crate::Error::Scene) with line, column and byte span of the key or
+//! value at fault, and a remedy. Unknown keys are faults.
+//!
+//! ```
+//! use pano_core::scene::{Method, Scene};
+//!
+//! let scene = Scene::parse(
+//!     r#"
+//!     [panorama]
+//!     color = "room.exr"
+//!
+//!     [[object]]
+//!     mesh = "bunny.ply"
+//!     position = [0.0, 0.0, -1.0]
+//!     "#,
+//!     "place/scene.toml",
+//! )?;
+//! assert_eq!(scene.panorama.color.path(0), std::path::Path::new("place/room.exr"));
+//! assert_eq!(scene.render.method, Method::Auto);
+//!
+//! let error = Scene::parse("[panorama]\ncolour = 'room.exr'", "scene.toml").unwrap_err();
+//! assert_eq!(error.to_string(), "scene.toml:2:1: unknown key `colour` in [panorama]");
+//! assert_eq!(error.remedy(), Some("did you mean `color`?"));
+//! # Ok::<(), pano_core::Error>(())
+//! ```
+
+mod method;
+mod parse;
+mod paths;
+mod placement;
+mod reader;
+#[cfg(test)]
+mod tests;
+
+pub use method::Method;
+pub use paths::{FramePattern, PicturePath};
+pub use placement::{Keyframe, Placement, Rotation};
+
+use crate::{
+    Error, Result,
+    camera::{Camera, Projection, rotation_from_yaw_pitch},
+    depth::DepthFormat,
+    material::Material,
+    sphere::Convention,
+};
+use glam::{Quat, Vec2, Vec3};
+use std::path::{Path, PathBuf};
+
+/// Largest scene file that is read, in bytes. A scene names files and holds a few numbers an object; a larger file is
+/// something else.
+const MAX_SCENE_BYTES: u64 = 16 << 20;
+
+/// A scene file, validated. Paths are already relative to the scene file's folder.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Where the scene was read from.
+    pub path: PathBuf,
+    /// `[panorama]`: the captured place.
+    pub panorama: Panorama,
+    /// `[[proxy]]`: known real geometry.
+    pub proxies: Vec<Proxy>,
+    /// `[[object]]`: virtual objects.
+    pub objects: Vec<Object>,
+    /// `[view]`; left out: the whole panorama.
+    pub view: View,
+    /// `[render]`.
+    pub render: Render,
+}
+
+/// `[panorama]`: the captured place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panorama {
+    /// `color` (one picture) or `frames` (a sequence).
+    pub color: PicturePath,
+    /// `depth`; left out: everything is at infinity, unless proxies or a ground say otherwise. Numbered only where `color`
+    /// is.
+    pub depth: Option<PicturePath>,
+    /// How to read `depth`. Default: the preset `exr`.
+    pub depth_format: DepthFormat,
+    /// World position of the capture point, metres. Default: the origin.
+    pub position: Vec3,
+    /// Degrees; the picture's centre looks this much further to the right than `convention` says. Default 0.
+    pub heading: f32,
+    /// Which way the picture's centre looks. Default: −Z.
+    pub convention: Convention,
+    /// Metres, positive: a ground plane lies this far below the capture point where there is no depth.
+    pub camera_height: Option<f32>,
+    /// Frames per second of a sequence, positive. Default 30.
+    pub fps: f32,
+}
+
+impl Panorama {
+    /// Rotates directions of the picture (its centre looking to −Z) into the world.
+    pub fn world_from_pano(&self) -> Quat {
+        rotation_from_yaw_pitch(self.heading + self.convention.center_yaw(), 0.0)
+    }
+}
+
+/// `[[proxy]]`: real geometry that is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proxy {
+    /// Its form, in local space.
+    pub shape: ProxyShape,
+    /// Where it is in the world.
+    pub placement: Placement,
+    /// Diffuse reflectance, linear, [0, 1]; left out: estimated from the picture.
+    pub albedo: Option<Vec3>,
+}
+
+/// The form of a proxy.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ProxyShape {
+    /// A rectangle in the local XZ plane, centred, facing +Y.
+    Plane {
+        /// Extent along local X and Z in metres, positive.
+        size: Vec2,
+    },
+    /// A mesh file.
+    Mesh(PathBuf),
+}
+
+/// `[[object]]`: a virtual object.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// Its mesh file: PLY, OBJ, glTF or GLB.
+    pub mesh: PathBuf,
+    /// Where it is, unless keyframes say otherwise.
+    pub placement: Placement,
+    /// Replaces the mesh file's own materials. Keys left out take [`Material::default`]: base colour 0.8, metallic 0,
+    /// roughness 1, specular 1, ior 1.5, transmission 0.
+    pub material: Option<Material>,
+    /// Motion, sorted by time; empty: none.
+    pub keyframes: Vec<Keyframe>,
+}
+
+impl Object {
+    /// Where the object is, `time` seconds after the sequence's first frame. Before the first and after the last keyframe
+    /// it stands still.
+    pub fn placement_at(&self, time: f32) -> Placement {
+        placement::at(&self.keyframes, time).unwrap_or(self.placement)
+    }
+}
+
+/// `[view]`: what the output shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct View {
+    /// `kind`, with `vfov`. Default: the whole panorama.
+    pub kind: ViewKind,
+    /// Degrees to the right of −Z. Left out: 0; in a panorama view without `yaw` and `pitch`, as the input picture, so
+    /// that its pixels need no resampling.
+    pub yaw: Option<f32>,
+    /// Degrees up, [−90, 90]. Left out: 0.
+    pub pitch: Option<f32>,
+    /// Width and height in pixels, [1, 32768]. Left out: 1024×768 in perspective, the input's size for a panorama.
+    pub size: Option<(usize, usize)>,
+    /// World position in metres. Left out: the capture point.
+    pub position: Option<Vec3>,
+}
+
+/// The projection of a view.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ViewKind {
+    /// The whole 360° frame.
+    #[default]
+    Panorama,
+    /// Rectilinear.
+    Perspective {
+        /// Vertical field of view in degrees, (0, 180). Default 60.
+        vfov: f32,
+    },
+}
+
+/// `[render]`: how to render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Render {
+    /// Default: [`Method::Auto`].
+    pub method: Method,
+    /// Samples a pixel, [1, 65536]. The error falls with the square root, the cost grows in proportion. Default 64.
+    pub samples: u32,
+    /// Scattering events after the camera, [1, 64]; 1 is direct light only. Default 3.
+    pub bounces: u32,
+}
+
+impl Render {
+    /// Largest allowed value of `samples`.
+    pub const MAX_SAMPLES: u32 = 65536;
+    /// Largest allowed value of `bounces`.
+    pub const MAX_BOUNCES: u32 = 64;
+}
+
+impl Default for Render {
+    fn default() -> Self {
+        Self { method: Method::Auto, samples: 64, bounces: 3 }
+    }
+}
+
+impl Scene {
+    /// Reads and checks a scene file.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be read, is no regular file, is larger than 16 MiB or is not UTF-8; [`Error::Scene`] if its content is at
+    /// fault.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        let io = |e: std::io::Error| Error::file(path, e.to_string(), "check the path and its permissions");
+        let metadata = std::fs::metadata(path).map_err(io)?;
+        let not_a_scene = |problem: String| Err(Error::file(path, problem, "give a TOML scene file"));
+        if !metadata.is_file() {
+            return not_a_scene("is not a file".into());
+        }
+        if metadata.len() > MAX_SCENE_BYTES {
+            return not_a_scene(format!("{} bytes are too many for a scene file", metadata.len()));
+        }
+        let bytes = std::fs::read(path).map_err(io)?;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let at = e.utf8_error().valid_up_to();
+            Error::file(path, format!("byte {at} is not UTF-8 text"), "give a TOML scene file, saved as UTF-8")
+        })?;
+        Self::parse(&text, path)
+    }
+
+    /// Checks a scene file's text; `path` is where it came from (need not exist), paths in it are relative to its folder.
+    ///
+    /// # Errors
+    /// [`Error::Scene`].
+    pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self> {
+        parse::scene(text, path.as_ref())
+    }
+
+    /// The view's camera. `panorama_size` is the input picture's size, which a panorama view takes where it has none.
+    pub fn camera(&self, panorama_size: (usize, usize)) -> Camera {
+        let view = &self.view;
+        let turned = rotation_from_yaw_pitch(view.yaw.unwrap_or(0.0), view.pitch.unwrap_or(0.0));
+        let (projection, world_from_camera, default_size) = match view.kind {
+            ViewKind::Perspective { vfov } => (Projection::Perspective { vfov: vfov.to_radians() }, turned, (1024, 768)),
+            ViewKind::Panorama if view.yaw.is_none() && view.pitch.is_none() => {
+                (Projection::Panorama, self.panorama.world_from_pano(), panorama_size)
+            }
+            ViewKind::Panorama => (Projection::Panorama, turned, panorama_size),
+        };
+        let (width, height) = view.size.unwrap_or(default_size);
+        Camera {
+            position: view.position.unwrap_or(self.panorama.position),
+            world_from_camera,
+            projection,
+            width: width.max(1),
+            height: height.max(1),
+        }
+    }
+}
