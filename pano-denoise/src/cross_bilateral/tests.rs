@@ -143,7 +143,7 @@ fn a_converged_shadow_edge_and_a_mirror_image_stay() {
         assert_eq!(layers.delta, before);
     }
     // A mirror shows thin stripes and a gradient, with little noise: the detail stays, most of the noise goes.
-    let truth = |x: usize, y: usize| Vec3::splat(if x % 4 == 0 { 3.0 } else { 1.0 } + 0.01 * y as f32);
+    let truth = |x: usize, y: usize| Vec3::splat(if x.is_multiple_of(4) { 3.0 } else { 1.0 } + 0.01 * y as f32);
     let mut layers = flat(64, 64);
     layers.coverage.data_mut().fill(1.0);
     layers.object = Image::from_fn(64, 64, |x, y| truth(x, y) + noise(x, y, 0.02));
