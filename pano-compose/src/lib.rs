@@ -1,1 +1,9 @@
-//! Differential compositing, the effect plan, and the frame pipeline that joins Pano'\''s stages.
+//! Differential compositing, the effect plan, and the frame pipeline that joins Pano's stages.
+//!
+//! - [`composite`] puts traced layers over the photo, builds the channels of a layered picture, and encodes 8-bit output.
+//! - [`plan`] says which effects a scene calls for, and why.
+//!
+//! Without the default feature `pipeline` the crate depends on `pano-core` alone.
+
+pub mod composite;
+pub mod plan;

@@ -1,1 +1,17 @@
 //! Light from a 360° picture: inverse tone mapping, light detection, image-based lighting.
+//!
+//! The crate needs neither a ray tracer nor a GPU. Each stage is a folder with its parameters and entry points in
+//! `mod.rs` and the algorithm in `cpu.rs`; stages take and give plain pictures and know nothing of files.
+//!
+//! ```
+//! use glam::Vec3;
+//! use pano_core::image::Image;
+//!
+//! let ldr = Image::filled(4, 2, Vec3::ONE);
+//! let mut hdr = Image::filled(4, 2, Vec3::ZERO);
+//! pano_light::expand::expand(&ldr, &mut hdr)?;
+//! assert_eq!(hdr.get(0, 0), Vec3::splat(11.8));
+//! # Ok::<(), pano_core::Error>(())
+//! ```
+
+pub mod expand;

@@ -1,0 +1,55 @@
+//! The rule of each effect.
+
+use super::SceneFacts;
+
+/// Whether `effect` takes part, and why.
+pub(super) fn decide(effect: &str, facts: &SceneFacts) -> (bool, String) {
+    if facts.objects == 0 {
+        return off("the scene has no objects");
+    }
+    match effect {
+        "glossy" if facts.glossy => on("a material has a specular lobe (metallic or specular above 0)"),
+        "glossy" => off("every material is purely diffuse"),
+        "transmission" if facts.transmission => on("a material has transmission above 0"),
+        "transmission" => off("no material lets light through"),
+        "multi_bounce" if facts.bounces > 1 => {
+            on(&format!("bounces is {}: light may scatter more than once after the camera", facts.bounces))
+        }
+        "multi_bounce" => off(&format!("bounces is {}: direct light only", facts.bounces)),
+        "light_shadows" if facts.has_receivers() => {
+            let receiver = if facts.has_depth { "the panorama has depth" } else { "there is a proxy or a ground plane" };
+            on(&format!("{receiver}: objects block light from real surfaces"))
+        }
+        "light_shadows" => off("nothing real can receive a shadow: no depth, no proxy, no ground plane"),
+        "ambient_occlusion" if is_path_traced(facts) => {
+            off(&format!("{} samples every direction, which includes occlusion", facts.method))
+        }
+        "ambient_occlusion" => off("not available yet: occlusion from the directions of the lights only"),
+        "back_faces" if !facts.has_depth => off("the panorama has no depth, so it has no depth gaps to guess behind"),
+        "back_faces" => off("not available yet: rays that pass behind a depth gap go on to the next layer"),
+        "sparse" if !facts.is_sequence => off("a still has no earlier frames to fill the gaps between sparse samples"),
+        "sparse" => off("not available yet: every pixel of every frame is traced"),
+        "temporal" if !facts.is_sequence => off("a still has no earlier frames"),
+        "temporal" if facts.moving => off("not available yet: every frame is rendered by itself, also where objects move"),
+        "temporal" => off("not available yet: every frame is rendered by itself"),
+        "lens" => off("not available yet: bright pixels get neither bloom nor glare"),
+        "influence" if !facts.has_receivers() => off("no real surface is known that the objects could change"),
+        "influence" if facts.method == "dpt" => on("pixels whose hemisphere does not see the objects' bounds are skipped"),
+        "influence" => off(&format!("{} renders every pixel; only dpt skips those that no object can change", facts.method)),
+        // Unreachable for the names in `EFFECTS`; a test decides all of them.
+        _ => off("unknown effect"),
+    }
+}
+
+/// Whether the method integrates over all directions, so that occlusion is no effect of its own.
+fn is_path_traced(facts: &SceneFacts) -> bool {
+    matches!(facts.method.as_str(), "dpt" | "onepass" | "twopass" | "iprt")
+}
+
+fn on(why: &str) -> (bool, String) {
+    (true, why.to_owned())
+}
+
+fn off(why: &str) -> (bool, String) {
+    (false, why.to_owned())
+}

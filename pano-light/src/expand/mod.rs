@@ -1,0 +1,40 @@
+//! Inverse tone mapping: from a picture of low dynamic range to radiance that lights believably.
+//!
+//! MR360, equations 1–3: every pixel's linear colour is multiplied by k = 10·Y¹⁰ + 1.8 with Y = 0.3 R + 0.59 G + 0.11 B.
+//! The operator looks at one pixel at a time, so it does not flicker in video. White becomes 11.8, mid-grey is little
+//! more than scaled by 1.8. Clipped lights stay dimmer than in the world: nothing in the picture tells how bright they
+//! were.
+//!
+//! The paper does not say in which encoding its colours are; here they are linear light, as all rendering needs.
+
+mod cpu;
+
+use glam::Vec3;
+use pano_core::image::RadianceImage;
+use pano_core::{Error, Result};
+
+/// Weights of the luminance Y that the operator and MR360's light detection use.
+pub const LUMA_WEIGHTS: Vec3 = Vec3::new(0.3, 0.59, 0.11);
+
+/// The factor k that multiplies a linear colour in [0, 1]; from 1.8 (black) to 11.8 (white).
+#[inline]
+pub fn factor(rgb: Vec3) -> f32 {
+    10.0 * rgb.dot(LUMA_WEIGHTS).powi(10) + 1.8
+}
+
+/// Expands `ldr`, linear in [0, 1], into `hdr`. Values outside [0, 1] are clamped to it first, and NaN counts as 0, so that
+/// the output lies in [0, 11.8]: the tenth power would turn a picture that is no LDR picture into nonsense.
+///
+/// # Errors
+/// [`Error::Argument`] if the pictures differ in size.
+pub fn expand(ldr: &RadianceImage, hdr: &mut RadianceImage) -> Result<()> {
+    if ldr.size() != hdr.size() {
+        let ((w, h), (v, g)) = (ldr.size(), hdr.size());
+        return Err(Error::argument(format!("inverse tone mapping: the input has {w}×{h} pixels, the output {v}×{g}")));
+    }
+    cpu::expand(ldr, hdr);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;
