@@ -5,6 +5,7 @@
 
 mod convention;
 mod lookup;
+pub mod resample;
 
 pub use convention::Convention;
 pub use lookup::{Tap, bilinear, bilinear_taps};
