@@ -5,6 +5,7 @@
 
 mod convention;
 mod lookup;
+pub mod resample;
 
 pub use convention::Convention;
 pub use lookup::wrap_texel;
