@@ -142,7 +142,7 @@ impl SceneInfo {
         let mut facts = vec![
             ("render", format!("{}, {} samples, {} bounces", self.method, self.samples, self.bounces)),
             ("view", format!("{}{size}", self.view)),
-            ("holds", format!("{} objects, {} proxies", self.objects, self.proxies)),
+            ("holds", format!("objects: {}, proxies: {}", self.objects, self.proxies)),
         ];
         facts.extend(self.frames.map(|n| ("frames", format!("{n} on disk"))));
         facts

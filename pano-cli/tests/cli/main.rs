@@ -1,0 +1,5 @@
+//! The built command, from the outside: exit codes, output, messages.
+
+mod compare;
+mod info;
+mod support;
