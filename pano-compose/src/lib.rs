@@ -6,4 +6,6 @@
 //! Without the default feature `pipeline` the crate depends on `pano-core` alone.
 
 pub mod composite;
+#[cfg(feature = "pipeline")]
+pub mod pipeline;
 pub mod plan;

@@ -101,6 +101,11 @@ impl ProxyWorld {
         }
     }
 
+    /// Whether any reflectance is read off the picture.
+    pub fn reflects_picture(&self) -> bool {
+        self.irradiance.is_some()
+    }
+
     fn nearest(&self, ray: &Ray) -> Option<(f32, Vec3, u32)> {
         let mut best: Option<(f32, Vec3, u32)> = None;
         for r in &self.rectangles {

@@ -1,0 +1,190 @@
+//! Reads the pictures and meshes that a scene names.
+
+use super::{Error, Result};
+use crate::plan::SceneFacts;
+use glam::{Affine3A, Vec2};
+use pano_core::{
+    camera::Projection,
+    image::{Image, RadianceImage},
+    io::{self, SourceEncoding},
+    material::Material,
+    mesh::read_mesh,
+    scene::{Method, ProxyShape, Scene},
+    sphere,
+};
+use pano_trace::objects::{Objects, Placement, PreparedMesh};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Everything a scene names, in memory.
+#[derive(Clone, Debug)]
+pub struct Inputs {
+    /// The panorama as it is shown.
+    pub photo: Arc<RadianceImage>,
+    /// Of LDR input: the inversely tone-mapped panorama, which lights the scene in place of the photo.
+    pub lighting: Option<Arc<RadianceImage>>,
+    /// How the panorama's file stored its colours.
+    pub encoding: SourceEncoding,
+    /// Distance along the ray in metres, infinite where nothing is.
+    pub depth: Option<Image<f32>>,
+    /// The objects' meshes, in the scene's order.
+    pub meshes: Vec<Arc<PreparedMesh>>,
+    /// The proxies' meshes, in the scene's order; `None` for planes.
+    pub proxy_meshes: Vec<Option<Arc<PreparedMesh>>>,
+    /// What had to be mended.
+    pub warnings: Vec<String>,
+}
+
+impl Inputs {
+    /// What lights the scene.
+    pub fn radiance(&self) -> &Arc<RadianceImage> {
+        self.lighting.as_ref().unwrap_or(&self.photo)
+    }
+
+    /// What the effect plan wants to know.
+    pub fn facts(&self, scene: &Scene, method: Method) -> SceneFacts {
+        let mut facts = SceneFacts {
+            objects: scene.objects.len(),
+            bounces: scene.render.bounces,
+            has_depth: self.depth.is_some(),
+            has_proxies: !scene.proxies.is_empty() || scene.panorama.camera_height.is_some(),
+            is_sequence: scene.panorama.color.is_sequence(),
+            moving: scene.objects.iter().any(|o| !o.keyframes.is_empty()),
+            method: method.name().to_owned(),
+            ..SceneFacts::default()
+        };
+        for (object, mesh) in scene.objects.iter().zip(&self.meshes) {
+            match &object.material {
+                Some(material) => facts.note_material(material),
+                None if mesh.mesh().materials.is_empty() => facts.note_material(&Material::default()),
+                None => mesh.mesh().materials.iter().for_each(|m| facts.note_material(m)),
+            }
+        }
+        facts
+    }
+}
+
+/// Least factor of MR360's inverse tone mapping: what is not bright keeps its value if the map is divided by it.
+const LEAST_EXPANSION: f32 = 1.8;
+
+/// Reads what `scene` names, for frame `frame`.
+///
+/// # Errors
+/// The first file at fault.
+pub fn load_inputs(scene: &Scene, frame: u32) -> Result<Inputs> {
+    let mut warnings = Vec::new();
+    let path = scene.panorama.color.path(frame);
+    let picture = io::read_image(&path)?;
+    let (w, h) = picture.radiance.size();
+    if w != 2 * h {
+        return Err(pano_core::Error::file(
+            &path,
+            format!("the picture is {w}×{h}, which is not 2:1"),
+            "give an equirectangular panorama, twice as wide as high",
+        )
+        .into());
+    }
+    if !picture.report.is_clean() {
+        warnings.push(format!(
+            "{}: {} negative and {} non-finite values were set to 0",
+            path.display(),
+            picture.report.negative,
+            picture.report.not_finite
+        ));
+    }
+    let photo = Arc::new(picture.radiance);
+    let lighting = if picture.encoding == SourceEncoding::LinearFloat {
+        None
+    } else {
+        let mut hdr = photo.as_ref().clone();
+        pano_light::expand::expand(&photo, &mut hdr)?;
+        hdr.data_mut().iter_mut().for_each(|p| *p /= LEAST_EXPANSION);
+        Some(Arc::new(hdr))
+    };
+    let mut depth = None;
+    if let Some(source) = &scene.panorama.depth {
+        let path = source.path(frame);
+        let read = io::read_depth(&path, &scene.panorama.depth_format, Projection::Panorama)?;
+        let (dw, dh) = read.size();
+        if dw != 2 * dh {
+            return Err(pano_core::Error::file(
+                &path,
+                format!("the depth is {dw}×{dh}, which is not 2:1 as the panorama is"),
+                "give the depth of the same panorama, at any 2:1 size",
+            )
+            .into());
+        }
+        if read.finite_pixels() == 0 {
+            warnings.push(format!("{}: no pixel has depth; everything is at infinity", path.display()));
+        }
+        let mut image = read.into_image();
+        if let Some(height) = scene.panorama.camera_height {
+            add_ground(&mut image, height);
+        }
+        depth = Some(image);
+    }
+    let mut read = MeshReader::default();
+    let meshes = scene.objects.iter().map(|o| read.prepared(&o.mesh)).collect::<Result<_>>()?;
+    let proxy_meshes = scene
+        .proxies
+        .iter()
+        .map(|p| match &p.shape {
+            ProxyShape::Plane { .. } => Ok(None),
+            ProxyShape::Mesh(path) => read.prepared(path).map(Some),
+        })
+        .collect::<Result<_>>()?;
+    Ok(Inputs { photo, lighting, encoding: picture.encoding, depth, meshes, proxy_meshes, warnings })
+}
+
+/// Places the scene's objects as they are at frame `frame`.
+pub fn prepare_objects(scene: &Scene, inputs: &Inputs, frame: u32) -> Objects {
+    let time = frame as f32 / scene.panorama.fps;
+    let placements: Vec<Placement> = scene
+        .objects
+        .iter()
+        .zip(&inputs.meshes)
+        .map(|(object, mesh)| Placement {
+            mesh: mesh.clone(),
+            world_from_mesh: object.placement_at(time).world_from_local(),
+            material: object.material.clone(),
+        })
+        .collect();
+    Objects::new(&placements)
+}
+
+/// The ground under the capture point, where the depth map has nothing.
+fn add_ground(depth: &mut Image<f32>, height: f32) {
+    let (w, h) = depth.size();
+    for y in 0..h {
+        // The distance depends on the row only.
+        let down = -sphere::direction_from_uv(Vec2::new(0.5, (y as f32 + 0.5) / h as f32)).y;
+        for x in 0..w {
+            if down > 1e-3 && !depth.get(x, y).is_finite() {
+                depth.set(x, y, height / down);
+            }
+        }
+    }
+}
+
+/// Reads each mesh file once.
+#[derive(Default)]
+struct MeshReader {
+    known: Vec<(PathBuf, Arc<PreparedMesh>)>,
+}
+
+impl MeshReader {
+    fn prepared(&mut self, path: &PathBuf) -> Result<Arc<PreparedMesh>> {
+        if let Some((_, mesh)) = self.known.iter().find(|(p, _)| p == path) {
+            return Ok(mesh.clone());
+        }
+        let mesh = PreparedMesh::new(read_mesh(path)?).map_err(Error::Core)?;
+        let mesh = Arc::new(mesh);
+        self.known.push((path.clone(), mesh.clone()));
+        Ok(mesh)
+    }
+}
+
+/// Where a plane proxy or the ground stands.
+pub(super) fn ground_placement(scene: &Scene, height: f32) -> Affine3A {
+    Affine3A::from_translation(scene.panorama.position - glam::Vec3::Y * height)
+}

@@ -1,0 +1,78 @@
+//! `--set key=value`: the knobs that are neither in the scene file nor among the common options.
+
+use super::{Error, Result};
+use pano_trace::tracer::Mis;
+use pano_trace::world::CapturedOptions;
+
+/// One knob.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// As written on the command line.
+    pub key: &'static str,
+    /// What it does, its range and its default.
+    pub help: &'static str,
+}
+
+/// Every knob there is.
+pub const SETTINGS: &[Setting] = &[
+    Setting { key: "mis", help: "balance | light | bsdf: which strategies sample direct light (balance)" },
+    Setting { key: "second_order", help: "true | false: changed surfaces change one another and show in objects (true)" },
+    Setting { key: "reflectance_cap", help: "0–1: largest diffuse reflectance read off the picture (0.9)" },
+    Setting { key: "field_resolution", help: "quads along a cube face of the depth field; 0: the panorama's own (0)" },
+    Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
+    Setting { key: "gap_relative", help: "> 0: …and larger than this share of the depth (0.01)" },
+    Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map (512)" },
+    Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (32)" },
+];
+
+/// The knobs' values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// `mis`.
+    pub mis: Mis,
+    /// `second_order`.
+    pub second_order: bool,
+    /// How a captured field is prepared.
+    pub captured: CapturedOptions,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { mis: Mis::Balance, second_order: true, captured: CapturedOptions::default() }
+    }
+}
+
+impl Settings {
+    /// Sets one knob.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for an unknown key (the remedy lists the known ones) or a value out of range.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
+        let Some(setting) = SETTINGS.iter().find(|s| s.key == key) else {
+            let known: Vec<&str> = SETTINGS.iter().map(|s| s.key).collect();
+            return Err(Error::unsupported(format!("there is no setting `{key}`"), format!("use one of {}", known.join(", "))));
+        };
+        let bad = || Error::unsupported(format!("`{value}` is no value of `{key}`"), setting.help);
+        let number = |lo: f32, hi: f32| value.parse::<f32>().ok().filter(|v| (lo..=hi).contains(v)).ok_or_else(bad);
+        let count = |lo: u32, hi: u32| value.parse::<u32>().ok().filter(|v| (lo..=hi).contains(v)).ok_or_else(bad);
+        match key {
+            "mis" => {
+                self.mis = match value {
+                    "balance" => Mis::Balance,
+                    "light" => Mis::LightOnly,
+                    "bsdf" => Mis::BsdfOnly,
+                    _ => return Err(bad()),
+                }
+            }
+            "second_order" => self.second_order = value.parse().map_err(|_| bad())?,
+            "reflectance_cap" => self.captured.reflectance_cap = number(0.0, 1.0)?,
+            "field_resolution" => self.captured.field.resolution = count(0, 4096)? as usize,
+            "gap_contrast" => self.captured.field.gap_contrast = number(1.0, 1e6)?,
+            "gap_relative" => self.captured.field.gap_relative = number(1e-6, 1.0)?,
+            "irradiance_width" => self.captured.irradiance_width = count(8, 4096)? as usize,
+            "irradiance_samples" => self.captured.irradiance_samples = count(1, 65536)?,
+            _ => unreachable!("every key of SETTINGS is matched: {key}"),
+        }
+        Ok(())
+    }
+}

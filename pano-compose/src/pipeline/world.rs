@@ -1,0 +1,123 @@
+//! From inputs to the world that rays ask, and to the method that runs.
+
+use super::load::ground_placement;
+use super::{Error, Inputs, Result, Settings};
+use glam::{Vec2, Vec3};
+use pano_core::{
+    io::SourceEncoding,
+    progress::Progress,
+    scene::{Method, ProxyShape as SceneShape, Scene},
+};
+use pano_trace::bvh::Ray;
+use pano_trace::tracer;
+use pano_trace::world::{CapturedWorld, Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance};
+
+/// Metres along each side of the ground plane that `camera_height` stands for: the horizon for a standing viewer.
+const GROUND_SIZE: f32 = 400.0;
+
+/// The world of a scene.
+#[derive(Clone, Debug)]
+pub enum World {
+    /// Proxies (or nothing) under an environment at infinity.
+    Proxies(ProxyWorld),
+    /// A panorama with depth.
+    Captured(Box<CapturedWorld>),
+}
+
+impl World {
+    /// Where a ray first meets a real surface.
+    pub fn hit_position(&self, origin: Vec3, direction: Vec3) -> Option<Vec3> {
+        let ray = Ray::new(origin, direction);
+        match self {
+            Self::Proxies(world) => world.hit(&ray),
+            Self::Captured(world) => world.hit(&ray),
+        }
+        .map(|hit| hit.position)
+    }
+
+    /// Whether reflectance is read off the picture.
+    pub fn reflects_picture(&self) -> bool {
+        match self {
+            Self::Proxies(world) => world.reflects_picture(),
+            Self::Captured(_) => true,
+        }
+    }
+}
+
+/// What `auto` stands for in this scene, with reasons in `warnings` where it is not what the user may expect.
+///
+/// # Errors
+/// [`Error::Unsupported`] for a method that this version does not have.
+pub fn resolve_method(scene: &Scene, inputs: &Inputs, warnings: &mut Vec<String>) -> Result<Method> {
+    match scene.render.method {
+        Method::Auto => {
+            if inputs.depth.is_none() && scene.proxies.is_empty() && scene.panorama.camera_height.is_none() {
+                warnings.push("no depth, no proxy and no camera_height: nothing real receives shadows".into());
+            } else if inputs.depth.is_none() && inputs.encoding != SourceEncoding::LinearFloat {
+                warnings.push("an LDR panorama lights the scene by inverse tone mapping; shadows are estimates".into());
+            }
+            Ok(Method::Dpt)
+        }
+        method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl) => Ok(method),
+        method => Err(Error::unsupported(
+            format!("method `{}` is not in this version", method.name()),
+            "use dpt, onepass, twopass, ibl or auto",
+        )),
+    }
+}
+
+/// The tracer's name for a method that [`resolve_method`] has let through.
+pub(super) fn tracer_method(method: Method) -> tracer::Method {
+    match method {
+        Method::Onepass => tracer::Method::OnePass,
+        Method::Twopass => tracer::Method::TwoPass,
+        Method::Ibl => tracer::Method::Ibl,
+        _ => tracer::Method::Dpt,
+    }
+}
+
+/// Builds the world of a scene.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub fn build_world(
+    scene: &Scene,
+    inputs: &Inputs,
+    settings: &Settings,
+    warnings: &mut Vec<String>,
+    progress: &dyn Progress,
+) -> Result<World> {
+    let turn = scene.panorama.world_from_pano();
+    let capture = scene.panorama.position;
+    let radiance = inputs.radiance().clone();
+    if let Some(depth) = &inputs.depth {
+        if !scene.proxies.is_empty() {
+            warnings.push("the panorama has depth: proxies are not used".into());
+        }
+        let world = CapturedWorld::new(radiance, depth, turn, capture, &settings.captured, progress).ok_or(Error::Cancelled)?;
+        return Ok(World::Captured(Box::new(world)));
+    }
+    let from_picture = Reflectance::FromPicture { cap: settings.captured.reflectance_cap };
+    let mut proxies: Vec<Proxy> = scene
+        .proxies
+        .iter()
+        .zip(&inputs.proxy_meshes)
+        .map(|(p, mesh)| Proxy {
+            shape: match (&p.shape, mesh) {
+                (SceneShape::Plane { size }, _) => ProxyShape::Plane(*size),
+                (SceneShape::Mesh(_), Some(mesh)) => ProxyShape::Mesh(mesh.clone()),
+                (SceneShape::Mesh(path), None) => unreachable!("{} was read with the inputs", path.display()),
+            },
+            world_from_local: p.placement.world_from_local(),
+            reflectance: p.albedo.map_or(from_picture, Reflectance::Known),
+        })
+        .collect();
+    if let Some(height) = scene.panorama.camera_height {
+        proxies.push(Proxy {
+            shape: ProxyShape::Plane(Vec2::splat(GROUND_SIZE)),
+            world_from_local: ground_placement(scene, height),
+            reflectance: from_picture,
+        });
+    }
+    Ok(World::Proxies(ProxyWorld::new(radiance, turn, capture, &proxies)))
+}
