@@ -2,12 +2,15 @@
 
 mod compare;
 mod info;
+mod render;
 
 use crate::failure::Failure;
 
 /// What `pano` can do.
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Command {
+    /// Put the objects of a scene into its panorama
+    Render(render::Args),
     /// Say how far two pictures are apart
     Compare(compare::Args),
     /// Say what panoramas, depth maps, meshes and scenes hold, and what is wrong with them
@@ -18,6 +21,7 @@ impl Command {
     /// Runs the command.
     pub(crate) fn run(&self) -> Result<(), Failure> {
         match self {
+            Self::Render(args) => render::run(args),
             Self::Compare(args) => compare::run(args),
             Self::Info(args) => info::run(args),
         }

@@ -2,4 +2,5 @@
 
 mod compare;
 mod info;
+mod render;
 mod support;

@@ -50,6 +50,15 @@ impl Bench {
         let text = |bytes| String::from_utf8(bytes).unwrap();
         Run { code: status.code(), stdout: text(stdout), stderr: text(stderr) }
     }
+
+    /// Names in the folder that start with `prefix`, sorted.
+    pub(crate) fn names_of(&self, prefix: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(self.folder.path()).unwrap();
+        let names = entries.map(|e| e.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<_> = names.filter(|name| name.starts_with(prefix)).collect();
+        names.sort();
+        names
+    }
 }
 
 impl Run {

@@ -138,7 +138,7 @@ pub struct Object {
 }
 
 impl Object {
-    /// Where the object is, `time` seconds after the sequence's first frame. Before the first and after the last keyframe
+    /// Where the object is at `time` seconds; frame n of a sequence is at n / fps. Before the first and after the last keyframe
     /// it stands still.
     pub fn placement_at(&self, time: f32) -> Placement {
         placement::at(&self.keyframes, time).unwrap_or(self.placement)

@@ -72,7 +72,7 @@ impl Placement {
 /// A place at a time; what the scene file leaves out of it is the object's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keyframe {
-    /// Seconds after the sequence's first frame, ≥ 0.
+    /// Seconds, ≥ 0; frame n of a sequence is at n / fps.
     pub time: f32,
     /// Where the object is then.
     pub placement: Placement,

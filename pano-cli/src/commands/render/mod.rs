@@ -1,0 +1,97 @@
+//! `pano render`: a scene to pictures.
+
+mod args;
+mod target;
+
+pub(crate) use args::Args;
+
+use crate::{failure::Failure, output, progress::Console};
+use pano_compose::pipeline::{self, RenderOptions, Stats};
+use pano_core::{
+    Error, io,
+    progress::Progress,
+    scene::{PicturePath, Scene},
+};
+use serde::Serialize;
+use std::{collections::BTreeSet, io::Write, path::Path};
+use target::Target;
+
+/// What `--stats` writes for more than one frame.
+#[derive(Debug, Serialize)]
+struct SequenceStats {
+    frames: Vec<FrameStats>,
+}
+
+/// One frame of it.
+#[derive(Debug, Serialize)]
+struct FrameStats {
+    frame: u32,
+    #[serde(flatten)]
+    stats: Stats,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let mut scene = Scene::load(&args.scene)?;
+    args.apply(&mut scene.render);
+    let frames = frames(args, &scene)?;
+    let target = Target::new(&args.output, frames.len())?;
+    // What cannot be written is said before the work, not after it.
+    target.check(&frames)?;
+    args.stats.as_deref().map_or(Ok(()), target::check_writable)?;
+
+    let console = Console::new();
+    let mut all = vec![];
+    let mut told = BTreeSet::new();
+    for &frame in &frames {
+        if frames.len() > 1 {
+            console.frame(frame);
+        }
+        let options = RenderOptions { frame, ..args.options() };
+        let rendered = pipeline::render(&scene, &options, &console)?;
+        for warning in &rendered.stats.warnings {
+            // Every frame of a sequence may have the same to say.
+            if told.insert(warning.clone()) {
+                console.message(&format!("warning: {warning}"));
+            }
+        }
+        if console.cancelled() {
+            return Err(pipeline::Error::Cancelled.into());
+        }
+        pipeline::write_output(&target.path(frame), &rendered)?;
+        all.push(FrameStats { frame, stats: rendered.stats });
+    }
+    drop(console);
+    report(args, all)
+}
+
+/// The frames to render: those asked for; all that are there of a sequence; 0 for a still.
+fn frames(args: &Args, scene: &Scene) -> Result<Vec<u32>, Failure> {
+    if let Some(range) = &args.frames {
+        return Ok(range.clone().collect());
+    }
+    let PicturePath::Frames(pattern) = &scene.panorama.color else { return Ok(vec![0]) };
+    let frames = pattern.existing();
+    if frames.is_empty() {
+        let problem = format!("no frame of the sequence is there, such as {}", pattern.path(0).display());
+        return Err(Error::file(&scene.path, problem, "check `frames` in [panorama]").into());
+    }
+    Ok(frames)
+}
+
+/// Writes `--stats` and prints `--json`.
+fn report(args: &Args, mut all: Vec<FrameStats>) -> Result<(), Failure> {
+    let json = match all.len() {
+        1 => serde_json::to_string_pretty(&all.remove(0).stats),
+        _ => serde_json::to_string_pretty(&SequenceStats { frames: all }),
+    };
+    let json = json.map_err(|e| Error::argument(format!("the statistics cannot be written as JSON: {e}")))? + "\n";
+    if let Some(path) = &args.stats {
+        write_text(path, &json)?;
+    }
+    if args.json { output::print(&json) } else { Ok(()) }
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
+    Ok(io::write_atomically(path, |file| file.write_all(text.as_bytes()))?)
+}
