@@ -12,15 +12,18 @@ pub(super) fn decide(effect: &str, facts: &SceneFacts) -> (bool, String) {
         "glossy" => off("every material is purely diffuse"),
         "transmission" if facts.transmission => on("a material has transmission above 0"),
         "transmission" => off("no material lets light through"),
+        "multi_bounce" if is_ibl(facts) => off("ibl scatters light once, whatever the number of bounces"),
         "multi_bounce" if facts.bounces > 1 => {
             on(&format!("bounces is {}: light may scatter more than once after the camera", facts.bounces))
         }
         "multi_bounce" => off(&format!("bounces is {}: direct light only", facts.bounces)),
+        "light_shadows" if is_ibl(facts) => off("ibl blocks no light and changes nothing real"),
         "light_shadows" if facts.has_receivers() => {
             let receiver = if facts.has_depth { "the panorama has depth" } else { "there is a proxy or a ground plane" };
             on(&format!("{receiver}: objects block light from real surfaces"))
         }
         "light_shadows" => off("nothing real can receive a shadow: no depth, no proxy, no ground plane"),
+        "ambient_occlusion" if is_ibl(facts) => off("ibl blocks no light"),
         "ambient_occlusion" if is_path_traced(facts) => {
             off(&format!("{} samples every direction, which includes occlusion", facts.method))
         }
@@ -33,6 +36,7 @@ pub(super) fn decide(effect: &str, facts: &SceneFacts) -> (bool, String) {
         "temporal" if facts.moving => off("not available yet: every frame is rendered by itself, also where objects move"),
         "temporal" => off("not available yet: every frame is rendered by itself"),
         "lens" => off("not available yet: bright pixels get neither bloom nor glare"),
+        "influence" if is_ibl(facts) => off("ibl changes nothing real"),
         "influence" if !facts.has_receivers() => off("no real surface is known that the objects could change"),
         "influence" if facts.method == "dpt" => on("pixels whose hemisphere does not see the objects' bounds are skipped"),
         "influence" => off(&format!("{} renders every pixel; only dpt skips those that no object can change", facts.method)),
@@ -44,6 +48,11 @@ pub(super) fn decide(effect: &str, facts: &SceneFacts) -> (bool, String) {
 /// Whether the method integrates over all directions, so that occlusion is no effect of its own.
 fn is_path_traced(facts: &SceneFacts) -> bool {
     matches!(facts.method.as_str(), "dpt" | "onepass" | "twopass" | "iprt")
+}
+
+/// Image-based lighting without visibility, the baseline.
+fn is_ibl(facts: &SceneFacts) -> bool {
+    facts.method == "ibl"
 }
 
 fn on(why: &str) -> (bool, String) {

@@ -105,6 +105,16 @@ fn shadows_and_influence_need_a_real_surface() {
 }
 
 #[test]
+fn image_based_lighting_blocks_and_changes_nothing() {
+    let ibl = SceneFacts { method: "ibl".to_owned(), glossy: true, bounces: 3, has_proxies: true, ..still() };
+    assert_eq!(on(&ibl), ["glossy"]);
+    assert!(why(&ibl, "light_shadows").contains("blocks no light"));
+    assert!(why(&ibl, "ambient_occlusion").contains("blocks no light"));
+    assert!(why(&ibl, "multi_bounce").contains("once"));
+    assert!(why(&ibl, "influence").contains("nothing real"));
+}
+
+#[test]
 fn materials_are_judged_as_the_tracer_shades_them() {
     let glossy = [
         (Material::diffuse(Vec3::ONE), false),
