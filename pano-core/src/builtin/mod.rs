@@ -2,3 +2,4 @@
 //! call gives the same bytes everywhere.
 
 pub mod primitives;
+pub mod room;
