@@ -1,5 +1,5 @@
-//! Procedural pictures: wood, planks, a rug, paintings. Linear colours; every value comes from an integer hash, so the bytes
-//! are the same everywhere.
+//! Procedural pictures: wood, planks, a rug, paintings. Linear colours; every random number comes from an integer hash of its
+//! place, so that pixels can be made in any order.
 
 use crate::color::srgb_to_linear;
 use crate::image::Image;
