@@ -2,7 +2,7 @@
 //! render it.
 //!
 //! [`Scene::load`] checks everything that can be checked without opening another file, so that a [`Scene`] holds usable
-//! values only. Faults come back as [`Error::Scene`](crate::Error::Scene) with line, column and byte span of the key or
+//! values only. Faults come back as [`Error::Scene`] with line, column and byte span of the key or
 //! value at fault, and a remedy. Unknown keys are faults.
 //!
 //! ```
