@@ -14,6 +14,7 @@ mod numbers;
 mod place;
 mod reference;
 mod sheet;
+mod smooth;
 mod text;
 
 pub use files::Folder;

@@ -1,5 +1,6 @@
 //! Path tracing of known geometry: what the demo photographs, and the truth it compares with.
 
+use super::smooth::smooth;
 use crate::pipeline::{Error, Result};
 use glam::{Quat, UVec2, Vec2, Vec3};
 use pano_core::{
@@ -8,7 +9,6 @@ use pano_core::{
     progress::Progress,
     random::{Sampler, Stream},
 };
-use pano_denoise::cross_bilateral;
 use pano_trace::bvh::Ray;
 use pano_trace::objects::Objects;
 use pano_trace::tracer::{self, TraceParams};
@@ -27,6 +27,8 @@ pub(super) struct Reference {
     pub(super) radiance: RadianceImage,
     /// Rays it took, shadow rays included.
     pub(super) rays: u64,
+    /// Share of its light that was cut off as outliers.
+    pub(super) cut_light: f64,
 }
 
 /// How a reference is traced.
@@ -57,16 +59,9 @@ pub(super) fn trace(everything: &Objects, camera: &Camera, quality: &Quality, pr
         picture.data_mut().iter_mut().zip(texture.data()).for_each(|(p, a)| *p = f(*p, *a));
     };
     apply(&mut layers.object, |p, a| p / a);
-    let params = cross_bilateral::Params {
-        wrap: camera.projection == Projection::Panorama,
-        // The texture is gone; what is left differs between materials only by gloss.
-        sigma_albedo: 0.5,
-        ..Default::default()
-    };
-    let guides = cross_bilateral::Guides { depth: &layers.depth, normal: &layers.normal, albedo: &layers.albedo };
-    cross_bilateral::filter_layer(&params, &guides, &layers.coverage, &mut layers.object)?;
+    let cut_light = smooth(&mut layers, camera.projection == Projection::Panorama)?;
     apply(&mut layers.object, |p, a| p * a);
-    Ok(Reference { radiance: layers.object, rays: traced.rays })
+    Ok(Reference { radiance: layers.object, rays: traced.rays, cut_light })
 }
 
 /// Mean albedo of what each pixel shows, at the positions of the pixel's first samples; at least [`LEAST_ALBEDO`], and 1
