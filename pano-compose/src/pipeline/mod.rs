@@ -27,7 +27,7 @@ use pano_core::{
 };
 use pano_denoise::cross_bilateral;
 use pano_trace::tracer::{self, TraceParams, Traced};
-use stats::Clock;
+pub(crate) use stats::Clock;
 
 /// Where the stages run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
