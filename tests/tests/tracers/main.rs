@@ -1,0 +1,3 @@
+//! The tracers as a whole: what they must agree on with one another and with closed forms.
+
+mod agreement;
