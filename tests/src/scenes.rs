@@ -1,7 +1,7 @@
 //! Scenes made in code for tests and benchmarks.
 
 use crate::random::Random;
-use crate::rooms::texel_direction;
+use crate::rooms::{Cuboid, Room, captured, texel_direction};
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use pano_core::builtin::primitives;
 use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
@@ -10,7 +10,7 @@ use pano_core::material::Material;
 use pano_core::mesh::Mesh;
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
 use pano_trace::tracer::{self, Frame, TraceParams, Traced};
-use pano_trace::world::{Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance};
+use pano_trace::world::{CapturedWorld, Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance};
 use std::sync::Arc;
 
 /// A world, what is put into it, and who looks.
@@ -135,8 +135,7 @@ pub fn random_proxies(seed: u32) -> TestScene<ProxyWorld> {
                 _ => primitives::torus(0.8, 0.3, 24, 12),
             };
             let at = Vec3::new(random.between(-1.0, 1.0), random.between(0.1, 0.9), random.between(-1.2, 0.8));
-            let place =
-                Affine3A::from_scale_rotation_translation(Vec3::splat(random.between(0.2, 0.5)), random.rotation(), at);
+            let place = Affine3A::from_scale_rotation_translation(Vec3::splat(random.between(0.2, 0.5)), random.rotation(), at);
             placed(&prepared(mesh), place, rough_material(&mut random))
         })
         .collect();
@@ -148,5 +147,36 @@ pub fn random_proxies(seed: u32) -> TestScene<ProxyWorld> {
         24,
     );
     let world = ProxyWorld::new(Arc::new(environment), random.rotation(), Vec3::Y, &proxies);
+    TestScene { world, objects: Objects::new(&placements), camera }
+}
+
+/// A captured room with a table, a window and a lamp, and one to three objects in it, all random.
+pub fn random_room(seed: u32) -> TestScene<CapturedWorld> {
+    let mut random = Random::new(seed);
+    let walls = Cuboid {
+        lo: Vec3::new(random.between(-3.0, -2.0), -1.5, random.between(-3.0, -2.2)),
+        hi: Vec3::new(random.between(2.0, 3.0), random.between(1.0, 1.5), random.between(2.0, 3.0)),
+    };
+    let table = Cuboid { lo: Vec3::new(-0.9, -1.5, -2.0), hi: Vec3::new(0.2, random.between(-1.0, -0.6), -1.2) };
+    let room = Room {
+        walls,
+        table: Some(table),
+        window: Some((Vec2::new(-0.5, -0.4), Vec2::new(1.2, 0.6))),
+        colors: [random.color(0.2, 0.8), random.color(0.2, 0.8)],
+        lights: [random.color(2.0, 6.0), random.color(5.0, 15.0)],
+    };
+    let turn = Quat::from_rotation_y(random.between(0.0, 6.0));
+    let capture = Vec3::new(0.4, 1.5, -0.2);
+    let placements: Vec<Placement> = (0..1 + random.below(3))
+        .map(|_| {
+            let at = Vec3::new(random.between(-1.0, 1.0), random.between(-1.3, -0.7), random.between(-1.1, -0.4));
+            let place =
+                Affine3A::from_scale_rotation_translation(Vec3::splat(random.between(0.2, 0.35)), turn, capture + turn * at);
+            let mesh = if random.below(2) == 0 { primitives::icosphere(1.0, 3) } else { primitives::cuboid(Vec3::ONE) };
+            placed(&prepared(mesh), place, rough_material(&mut random))
+        })
+        .collect();
+    let world = captured(&room.radiance(256), &room.depth(256), turn, capture);
+    let camera = view(capture, capture + turn * Vec3::new(0.0, -1.1, -1.0), 75.0, 32, 24);
     TestScene { world, objects: Objects::new(&placements), camera }
 }
