@@ -70,7 +70,11 @@ impl SphereDistribution {
         let (top, bottom) = band(row, h);
         let uv = Vec2::new((x as f32 + 0.5 + fs) / w as f32, top + (bottom - top) * fv);
         let direction = sphere::direction_from_uv(uv);
-        let pdf = self.pdf(direction);
+        // As [`Self::pdf`], with what is known already in place of a lookup.
+        let (upper, lower) = (a + (b - a) * fs, c + (d - c) * fs);
+        let luminance = upper + (lower - upper) * fv;
+        let sin_theta = (uv.y * PI).sin().max(MIN_SIN);
+        let pdf = luminance * self.row_factor[row] / sin_theta;
         (pdf > 0.0).then_some(SphereSample { direction, pdf_solid_angle: pdf })
     }
 

@@ -20,10 +20,11 @@ use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// Share of the irradiance from which on every sample looks for objects; a smaller one is looked for less often, in
-/// proportion, which leaves its noise below that of points nearer by. Chosen by the race on the planes kits.
-const FULL_EFFORT: f32 = 0.04;
-/// …but at least this often.
-const LEAST_EFFORT: f32 = 0.1;
+/// proportion. Its noise is in proportion to the share as well, which makes this the best use of a ray (the number of
+/// samples should go with the standard deviation).
+const FULL_EFFORT: f32 = 0.25;
+/// …but at least this often, so that no pixel is left with a handful of samples.
+const LEAST_EFFORT: f32 = 0.04;
 /// How often the second order is sampled: it is small, and smooth.
 const SECOND_ORDER_EFFORT: f32 = 0.25;
 
@@ -175,14 +176,15 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let light_rate = if aim.nothing() || mis == Mis::BsdfOnly { 0.0 } else { effort };
         let point = Point { hit, x, aim, cone_rate, light_rate, cosine_rate, second_order, bounces };
 
-        let (u, v) = (walk.sampler.next_4d(), walk.sampler.next_4d());
+        let u = walk.sampler.next_4d();
         let mut change = Vec3::ZERO;
         if u[2] < light_rate
             && let Some(sample) = self.world.sample_light(x, Vec2::new(u[0], u[1]))
         {
             change += self.change_along(&point, sample.direction, &Found::Light(sample), walk);
         }
-        if v[3] < cone_rate {
+        if u[3] < cone_rate {
+            let v = walk.sampler.next_4d();
             let d = point.aim.sample(Vec2::new(v[0], v[1]), v[2]);
             change += self.change_along(&point, d, &Found::Cone, walk);
         }

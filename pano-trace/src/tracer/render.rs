@@ -83,13 +83,15 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     fn pixel(&self, frame: &Frame<'_>, at: UVec2, rays: &mut u64, discarded: &mut u64) -> Pixel {
         let corner = Vec2::new(at.x as f32, at.y as f32);
         let mut pixel = self.guides(frame, corner + 0.5);
+        // Where no object's bounds reach, no ray looks for one.
+        let scene = if self.may_see_objects(frame, corner) { Scene::Mixed } else { Scene::Real };
         let (mut covered, mut object, mut delta) = (0u32, Vec3::ZERO, Vec3::ZERO);
         let samples = self.params.samples;
         for index in 0..samples {
             let mut walk = Walk { sampler: Sampler::new(at, index, frame.stream), rays: 0 };
             let jitter = walk.sampler.next_2d();
             let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + jitter));
-            let first = self.first(&ray, Scene::Mixed, &mut walk);
+            let first = self.first(&ray, scene, &mut walk);
             let (into_object, value) = self.sample(&ray, first, &mut walk);
             *rays += walk.rays;
             covered += u32::from(into_object);
@@ -106,6 +108,25 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         pixel.delta = delta * share;
         pixel.coverage = covered as f32 * share;
         pixel
+    }
+
+    /// Whether any ray through the pixel can meet the bounds of an object.
+    fn may_see_objects(&self, frame: &Frame<'_>, corner: Vec2) -> bool {
+        let axis = frame.camera.direction(corner + 0.5);
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|c| frame.camera.direction(corner + c));
+        // Rays through a pixel lie within the widest of its corners, to first order; half as much again for safety.
+        let spread = 1.5 * corners.iter().map(|d| d.distance(axis)).fold(1e-6, f32::max);
+        self.objects.balls().iter().any(|ball| {
+            let to = ball.center - frame.camera.position;
+            let along = to.dot(axis);
+            let distance = to.length();
+            if distance <= ball.radius || spread > 0.5 {
+                return true;
+            }
+            // The ball, blown up by what the pixel has spread at its distance, against the axis.
+            let radius = ball.radius + spread * (distance + ball.radius);
+            along > -radius && (to - axis * along).length_squared() <= radius * radius
+        })
     }
 
     /// Whether the sample shows an object, and its radiance or the change of the real surface it shows.
