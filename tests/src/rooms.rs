@@ -103,11 +103,22 @@ pub fn plane_depth(width: usize, below: f32) -> Image<f32> {
 }
 
 /// The captured world of a panorama taken at `capture`, with a small map of irradiance.
+pub fn captured(radiance: &RadianceImage, depth: &Image<f32>, turn: Quat, capture: Vec3) -> CapturedWorld {
+    captured_with_cap(radiance, depth, turn, capture, CapturedOptions::default().reflectance_cap)
+}
+
+/// The same with reflectance at most `cap`.
 ///
 /// # Panics
 /// Never: nobody cancels.
-pub fn captured(radiance: &RadianceImage, depth: &Image<f32>, turn: Quat, capture: Vec3) -> CapturedWorld {
-    let options = CapturedOptions { irradiance_width: 128, ..CapturedOptions::default() };
+pub fn captured_with_cap(
+    radiance: &RadianceImage,
+    depth: &Image<f32>,
+    turn: Quat,
+    capture: Vec3,
+    reflectance_cap: f32,
+) -> CapturedWorld {
+    let options = CapturedOptions { irradiance_width: 128, reflectance_cap, ..CapturedOptions::default() };
     CapturedWorld::new(Arc::new(radiance.clone()), depth, turn, capture, &options, &Silent).expect("nobody cancels")
 }
 
