@@ -119,7 +119,10 @@ impl DepthField {
         let nudge = if length > 0.0 { (NUDGE / length).min(1.0) } else { 1.0 };
         let (mut s, mut level) = (0.0f32, top.min(3));
         loop {
-            let p = ray.from + ray.along * s;
+            // The cell is that of a point a nudge farther on; the stretch looked at begins where the last one ended, or a
+            // crossing between the two would be missed.
+            let next = (s + nudge).min(1.0);
+            let p = ray.from + ray.along * next;
             let last = n as i32 - 1;
             let (x, y) = ((p.x as i32).clamp(0, last) as usize, (p.y as i32).clamp(0, last) as usize);
             let (cx, cy) = (x >> level, y >> level);
@@ -133,7 +136,7 @@ impl DepthField {
                     f32::INFINITY
                 }
             };
-            let s_exit = exit(ray.from.x, ray.along.x, cx).min(exit(ray.from.y, ray.along.y, cy)).clamp(s, 1.0);
+            let s_exit = exit(ray.from.x, ray.along.x, cx).min(exit(ray.from.y, ray.along.y, cy)).clamp(next, 1.0);
             let (w0, w1) = (ray.inverse + ray.inverse_along * s, ray.inverse + ray.inverse_along * s_exit);
             let (near, far) = (w0.max(w1), w0.min(w1));
             let range = face.pyramid[level][cy * n.div_ceil(1 << level) + cx];
@@ -153,7 +156,7 @@ impl DepthField {
             if s_exit >= 1.0 {
                 return None;
             }
-            s = (s_exit + nudge).min(1.0);
+            s = s_exit;
         }
     }
 
