@@ -181,6 +181,12 @@ impl Face {
         Self { inverse, gap, pyramid }
     }
 
+    /// Planar depth of the nearest sample, in metres; infinite where nothing is.
+    #[inline]
+    pub(super) fn nearest(&self) -> f32 {
+        self.pyramid.last().map_or(f32::INFINITY, |top| 1.0 / top[0].max)
+    }
+
     /// The four corner samples of a cell: top left, top right, bottom left, bottom right.
     #[inline]
     pub(super) fn corners(&self, n: usize, i: usize, j: usize) -> [f32; 4] {

@@ -61,15 +61,17 @@ impl DepthField {
         let [forward, right, down] = AXES[face];
         let o = Vec3::new(origin.dot(right), origin.dot(down), origin.dot(forward));
         let d = Vec3::new(direction.dot(right), direction.dot(down), direction.dot(forward));
+        // In front of everything the face shows there is nothing to cross; without that part the inverse depth of a ray that
+        // passes close by the capture point keeps its precision.
+        let nearest = self.faces[face].nearest();
+        if nearest == f32::INFINITY {
+            return None;
+        }
+        let near = (0.5 * nearest).max(NEAREST);
         let (mut t0, mut t1) = (0.0f32, t_max);
         // The pyramid |x| ≤ z, |y| ≤ z, cut off at the apex.
-        let planes = [
-            (o.z - o.x, d.z - d.x),
-            (o.z + o.x, d.z + d.x),
-            (o.z - o.y, d.z - d.y),
-            (o.z + o.y, d.z + d.y),
-            (o.z - NEAREST, d.z),
-        ];
+        let planes =
+            [(o.z - o.x, d.z - d.x), (o.z + o.x, d.z + d.x), (o.z - o.y, d.z - d.y), (o.z + o.y, d.z + d.y), (o.z - near, d.z)];
         for (at, slope) in planes {
             let crossing = -at / slope;
             if slope > 0.0 {
@@ -87,7 +89,7 @@ impl DepthField {
         let project = |t: f32| {
             if t.is_finite() {
                 let p = o + d * t;
-                let inverse = 1.0 / p.z.max(NEAREST);
+                let inverse = 1.0 / p.z.max(near);
                 (Vec2::new(p.x, p.y) * inverse, inverse, t * inverse)
             } else {
                 // The vanishing point. A ray without end that stays in the face has d.z > 0.
