@@ -208,6 +208,12 @@ impl Face {
         range
     }
 
+    /// Planar depth of the nearest sample, in metres; infinite where nothing is.
+    #[inline]
+    pub(super) fn nearest(&self) -> f32 {
+        self.pyramid.last().map_or(f32::INFINITY, |top| 1.0 / top[0].max)
+    }
+
     /// The four corner samples of a cell: top left, top right, bottom left, bottom right.
     #[inline]
     pub(super) fn corners(&self, n: usize, i: usize, j: usize) -> [f32; 4] {

@@ -61,15 +61,17 @@ impl DepthField {
         let [forward, right, down] = AXES[face];
         let o = Vec3::new(origin.dot(right), origin.dot(down), origin.dot(forward));
         let d = Vec3::new(direction.dot(right), direction.dot(down), direction.dot(forward));
+        // In front of everything the face shows there is nothing to cross; without that part the inverse depth of a ray that
+        // passes close by the capture point keeps its precision.
+        let nearest = self.faces[face].nearest();
+        if nearest == f32::INFINITY {
+            return None;
+        }
+        let near = (0.5 * nearest).max(NEAREST);
         let (mut t0, mut t1) = (0.0f32, t_max);
         // The pyramid |x| ≤ z, |y| ≤ z, cut off at the apex.
-        let planes = [
-            (o.z - o.x, d.z - d.x),
-            (o.z + o.x, d.z + d.x),
-            (o.z - o.y, d.z - d.y),
-            (o.z + o.y, d.z + d.y),
-            (o.z - NEAREST, d.z),
-        ];
+        let planes =
+            [(o.z - o.x, d.z - d.x), (o.z + o.x, d.z + d.x), (o.z - o.y, d.z - d.y), (o.z + o.y, d.z + d.y), (o.z - near, d.z)];
         for (at, slope) in planes {
             let crossing = -at / slope;
             if slope > 0.0 {
@@ -87,7 +89,7 @@ impl DepthField {
         let project = |t: f32| {
             if t.is_finite() {
                 let p = o + d * t;
-                let inverse = 1.0 / p.z.max(NEAREST);
+                let inverse = 1.0 / p.z.max(near);
                 (Vec2::new(p.x, p.y) * inverse, inverse, t * inverse)
             } else {
                 // The vanishing point. A ray without end that stays in the face has d.z > 0.
@@ -119,7 +121,10 @@ impl DepthField {
         let nudge = if length > 0.0 { (NUDGE / length).min(1.0) } else { 1.0 };
         let (mut s, mut level) = (0.0f32, top.min(3));
         loop {
-            let p = ray.from + ray.along * s;
+            // The cell is that of a point a nudge farther on; the stretch looked at begins where the last one ended, or a
+            // crossing between the two would be missed.
+            let next = (s + nudge).min(1.0);
+            let p = ray.from + ray.along * next;
             let last = n as i32 - 1;
             let (x, y) = ((p.x as i32).clamp(0, last) as usize, (p.y as i32).clamp(0, last) as usize);
             let (cx, cy) = (x >> level, y >> level);
@@ -133,7 +138,7 @@ impl DepthField {
                     f32::INFINITY
                 }
             };
-            let s_exit = exit(ray.from.x, ray.along.x, cx).min(exit(ray.from.y, ray.along.y, cy)).clamp(s, 1.0);
+            let s_exit = exit(ray.from.x, ray.along.x, cx).min(exit(ray.from.y, ray.along.y, cy)).clamp(next, 1.0);
             let (w0, w1) = (ray.inverse + ray.inverse_along * s, ray.inverse + ray.inverse_along * s_exit);
             let (near, far) = (w0.max(w1), w0.min(w1));
             let range = face.pyramid[level][cy * n.div_ceil(1 << level) + cx];
@@ -153,7 +158,7 @@ impl DepthField {
             if s_exit >= 1.0 {
                 return None;
             }
-            s = (s_exit + nudge).min(1.0);
+            s = s_exit;
         }
     }
 
