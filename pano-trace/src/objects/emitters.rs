@@ -8,6 +8,8 @@ use pano_core::{color, distribution::Distribution1d};
 /// A point on a shining face.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterSample {
+    /// World position.
+    pub point: Vec3,
     /// Unit direction towards it.
     pub direction: Vec3,
     /// Distance in metres.
@@ -74,7 +76,8 @@ impl Emitters {
         let (i, _) = self.pick.as_ref()?.sample(u[2]);
         let face = &self.faces[i];
         let root = u[0].sqrt();
-        let to = face.corner + face.edges[0] * (root * (1.0 - u[1])) + face.edges[1] * (root * u[1]) - from;
+        let point = face.corner + face.edges[0] * (root * (1.0 - u[1])) + face.edges[1] * (root * u[1]);
+        let to = point - from;
         let distance = to.length();
         let direction = to / distance;
         let cos = -face.normal.dot(direction);
@@ -82,7 +85,7 @@ impl Emitters {
             return None;
         }
         let pdf = self.pick.as_ref()?.probability(i) / face.area * distance * distance / cos;
-        Some(EmitterSample { direction, distance, pdf_solid_angle: pdf })
+        Some(EmitterSample { point, direction, distance, pdf_solid_angle: pdf })
     }
 
     pub(super) fn pdf(&self, ray: &Ray, hit: &InstanceHit) -> f32 {

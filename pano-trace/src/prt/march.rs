@@ -61,15 +61,17 @@ impl DepthField {
         let [forward, right, down] = AXES[face];
         let o = Vec3::new(origin.dot(right), origin.dot(down), origin.dot(forward));
         let d = Vec3::new(direction.dot(right), direction.dot(down), direction.dot(forward));
+        // In front of everything the face shows there is nothing to cross; without that part the inverse depth of a ray that
+        // passes close by the capture point keeps its precision.
+        let nearest = self.faces[face].nearest();
+        if nearest == f32::INFINITY {
+            return None;
+        }
+        let near = (0.5 * nearest).max(NEAREST);
         let (mut t0, mut t1) = (0.0f32, t_max);
         // The pyramid |x| ≤ z, |y| ≤ z, cut off at the apex.
-        let planes = [
-            (o.z - o.x, d.z - d.x),
-            (o.z + o.x, d.z + d.x),
-            (o.z - o.y, d.z - d.y),
-            (o.z + o.y, d.z + d.y),
-            (o.z - NEAREST, d.z),
-        ];
+        let planes =
+            [(o.z - o.x, d.z - d.x), (o.z + o.x, d.z + d.x), (o.z - o.y, d.z - d.y), (o.z + o.y, d.z + d.y), (o.z - near, d.z)];
         for (at, slope) in planes {
             let crossing = -at / slope;
             if slope > 0.0 {
@@ -87,7 +89,7 @@ impl DepthField {
         let project = |t: f32| {
             if t.is_finite() {
                 let p = o + d * t;
-                let inverse = 1.0 / p.z.max(NEAREST);
+                let inverse = 1.0 / p.z.max(near);
                 (Vec2::new(p.x, p.y) * inverse, inverse, t * inverse)
             } else {
                 // The vanishing point. A ray without end that stays in the face has d.z > 0.
@@ -119,7 +121,10 @@ impl DepthField {
         let nudge = if length > 0.0 { (NUDGE / length).min(1.0) } else { 1.0 };
         let (mut s, mut level) = (0.0f32, top.min(3));
         loop {
-            let p = ray.from + ray.along * s;
+            // The cell is that of a point a nudge farther on; the stretch looked at begins where the last one ended, or a
+            // crossing between the two would be missed.
+            let next = (s + nudge).min(1.0);
+            let p = ray.from + ray.along * next;
             let last = n as i32 - 1;
             let (x, y) = ((p.x as i32).clamp(0, last) as usize, (p.y as i32).clamp(0, last) as usize);
             let (cx, cy) = (x >> level, y >> level);
@@ -133,7 +138,7 @@ impl DepthField {
                     f32::INFINITY
                 }
             };
-            let s_exit = exit(ray.from.x, ray.along.x, cx).min(exit(ray.from.y, ray.along.y, cy)).clamp(s, 1.0);
+            let s_exit = exit(ray.from.x, ray.along.x, cx).min(exit(ray.from.y, ray.along.y, cy)).clamp(next, 1.0);
             let (w0, w1) = (ray.inverse + ray.inverse_along * s, ray.inverse + ray.inverse_along * s_exit);
             let (near, far) = (w0.max(w1), w0.min(w1));
             let range = face.pyramid[level][cy * n.div_ceil(1 << level) + cx];
@@ -153,16 +158,19 @@ impl DepthField {
             if s_exit >= 1.0 {
                 return None;
             }
-            s = (s_exit + nudge).min(1.0);
+            s = s_exit;
         }
     }
 
     /// The crossing inside one cell between `s.0` and `s.1`.
     fn cross_cell(&self, face: &Face, ray: &Stretch, (x, y): (usize, usize), s: (f32, f32), direction: Vec3) -> Option<FieldHit> {
         let n = self.n;
-        let corners = face.corners(n, x, y);
         let at_gap = face.gap[y * n + x];
-        let root = if at_gap { cross_quadrants(corners, ray, (x, y), s)? } else { cross_bilinear(corners, ray, (x, y), s)? };
+        let root = if at_gap {
+            cross_quarters(&|i, j| face.quarter(n, i, j), ray, (x, y), s)?
+        } else {
+            cross_bilinear(face.corners(n, x, y), ray, (x, y), s)?
+        };
         let w = ray.inverse + ray.inverse_along * root;
         let t = (ray.weighted_t + ray.weighted_t_along * root) / w;
         if !(t > 0.0) || !t.is_finite() {
@@ -200,8 +208,13 @@ fn cross_bilinear([a, b, c, d]: [f32; 4], ray: &Stretch, (x, y): (usize, usize),
     Some(if root.is_finite() { root } else { lo })
 }
 
-/// At a gap each corner keeps a quarter of the cell at its own depth.
-fn cross_quadrants(corners: [f32; 4], ray: &Stretch, (x, y): (usize, usize), (s0, s1): (f32, f32)) -> Option<f32> {
+/// At a gap each corner keeps a quarter of the cell, in its own plane.
+fn cross_quarters(
+    quarter: &dyn Fn(usize, usize) -> [f32; 3],
+    ray: &Stretch,
+    (x, y): (usize, usize),
+    (s0, s1): (f32, f32),
+) -> Option<f32> {
     let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
     let cut = |from: f32, along: f32, at: f32| {
         let s = (at - from) / along;
@@ -215,8 +228,13 @@ fn cross_quadrants(corners: [f32; 4], ray: &Stretch, (x, y): (usize, usize), (s0
             return None;
         }
         let p = ray.from + ray.along * (0.5 * (e0 + e1));
-        let w = corners[usize::from(p.x >= middle.x) + 2 * usize::from(p.y >= middle.y)];
-        let (g0, g1) = (ray.inverse + ray.inverse_along * e0 - w, ray.inverse + ray.inverse_along * e1 - w);
+        let (i, j) = (x + usize::from(p.x >= middle.x), y + usize::from(p.y >= middle.y));
+        let [value, slope_x, slope_y] = quarter(i, j);
+        let gap = |s: f32| {
+            let off = ray.from + ray.along * s - Vec2::new(i as f32, j as f32);
+            ray.inverse + ray.inverse_along * s - (value + slope_x * off.x + slope_y * off.y).max(0.0)
+        };
+        let (g0, g1) = (gap(e0), gap(e1));
         ((g0 > 0.0) != (g1 > 0.0)).then(|| e0 + (e1 - e0) * (g0 / (g0 - g1)).clamp(0.0, 1.0))
     })
 }

@@ -164,14 +164,18 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
             // The unused half of the choosing number picks the face.
             let picked = [u[0], u[1], (u[2] - share) / (1.0 - share), u[3]];
             let Some(sample) = self.objects.sample_emitter(vertex.position, picked) else { return Vec3::ZERO };
-            let value = vertex.bsdf.eval(sample.direction);
+            // Aimed from where the ray starts: a face close by or seen edge on is missed from elsewhere.
+            let origin = vertex.leave(sample.direction);
+            let to = sample.point - origin;
+            let distance = to.length();
+            let ray = Ray::new(origin, to / distance).up_to(distance * 1.001);
+            let value = vertex.bsdf.eval(ray.direction);
             if value.f_cos == Vec3::ZERO {
                 return Vec3::ZERO;
             }
-            let ray = Ray::new(vertex.leave(sample.direction), sample.direction).up_to(sample.distance * 1.001);
             let first = self.first(&ray, scene, walk);
             let First::Object(hit) = first else { return Vec3::ZERO };
-            if hit.hit.t < sample.distance * 0.999 {
+            if hit.hit.t < distance * 0.999 {
                 return Vec3::ZERO;
             }
             let pdf = (1.0 - share) * self.objects.emitter_pdf(&ray, &hit);

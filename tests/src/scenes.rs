@@ -1,0 +1,182 @@
+//! Scenes made in code for tests and benchmarks.
+
+use crate::random::Random;
+use crate::rooms::{Cuboid, Room, captured, texel_direction};
+use glam::{Affine3A, Quat, Vec2, Vec3};
+use pano_core::builtin::primitives;
+use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
+use pano_core::image::RadianceImage;
+use pano_core::material::Material;
+use pano_core::mesh::Mesh;
+use pano_trace::objects::{Objects, Placement, PreparedMesh};
+use pano_trace::tracer::{self, Frame, TraceParams, Traced};
+use pano_trace::world::{CapturedWorld, Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance};
+use std::sync::Arc;
+
+/// A world, what is put into it, and who looks.
+#[derive(Clone, Debug)]
+pub struct TestScene<W> {
+    /// The real world.
+    pub world: W,
+    /// The virtual objects.
+    pub objects: Objects,
+    /// The view.
+    pub camera: Camera,
+}
+
+impl<W: RealWorld> TestScene<W> {
+    /// Traces the frame with that seed.
+    pub fn trace(&self, params: &TraceParams, seed: u32) -> Traced {
+        let stream = pano_core::random::Stream { frame: 0, seed };
+        let frame = Frame { camera: &self.camera, objects: &self.objects, stream };
+        tracer::render(&frame, &self.world, params, &pano_core::progress::Silent).expect("nobody cancels")
+    }
+}
+
+/// `mesh`, ready for rays.
+///
+/// # Panics
+/// If the mesh is not valid.
+pub fn prepared(mesh: Mesh) -> Arc<PreparedMesh> {
+    Arc::new(PreparedMesh::new(mesh).expect("a valid mesh"))
+}
+
+/// One object of `mesh` and `material`.
+pub fn placed(mesh: &Arc<PreparedMesh>, place: Affine3A, material: Material) -> Placement {
+    Placement { mesh: mesh.clone(), world_from_mesh: place, material: Some(material) }
+}
+
+/// A perspective view from `position` towards `target`, `vfov` in degrees.
+pub fn view(position: Vec3, target: Vec3, vfov: f32, width: usize, height: usize) -> Camera {
+    let to = (target - position).normalize();
+    let (yaw, pitch) = (to.x.atan2(-to.z).to_degrees(), to.y.clamp(-1.0, 1.0).asin().to_degrees());
+    Camera {
+        position,
+        world_from_camera: rotation_from_yaw_pitch(yaw, pitch),
+        projection: Projection::Perspective { vfov: vfov.to_radians() },
+        width,
+        height,
+    }
+}
+
+/// The whole sphere around `position`.
+pub fn panorama_view(position: Vec3, width: usize) -> Camera {
+    Camera { position, world_from_camera: Quat::IDENTITY, projection: Projection::Panorama, width, height: width / 2 }
+}
+
+/// A lamp in an environment: where, how large (cosine of its angular radius), how bright.
+#[derive(Clone, Copy, Debug)]
+pub struct Lamp {
+    /// Unit direction towards it.
+    pub direction: Vec3,
+    /// Cosine of its angular radius.
+    pub cos_radius: f32,
+    /// Its radiance.
+    pub radiance: Vec3,
+}
+
+/// An environment of colours that change smoothly from below to above, with lamps.
+pub fn sky(width: usize, below: Vec3, above: Vec3, lamps: &[Lamp]) -> RadianceImage {
+    let height = width / 2;
+    RadianceImage::from_fn(width, height, |x, y| {
+        let d = texel_direction(width, height, x, y);
+        let base = below.lerp(above, 0.5 + 0.5 * d.y);
+        lamps.iter().filter(|l| l.direction.dot(d) > l.cos_radius).fold(base, |sum, l| sum + l.radiance)
+    })
+}
+
+/// A material without a sharp lobe, so that no sample stands out.
+fn rough_material(random: &mut Random) -> Material {
+    match random.below(5) {
+        0 => Material::diffuse(random.color(0.2, 0.95)),
+        1 => Material { base_color: random.color(0.2, 0.9), roughness: random.between(0.5, 1.0), ..Material::default() },
+        2 => Material::metal(random.color(0.4, 0.95), random.between(0.55, 1.0)),
+        3 => Material { emissive: random.color(0.0, 1.5), ..Material::diffuse(random.color(0.1, 0.8)) },
+        _ => Material { base_color: random.color(0.6, 1.0), ..Material::glass(random.between(1.2, 1.7), 0.6) },
+    }
+}
+
+/// Rectangles and meshes that see one another, one to three objects among them, an HDR environment with a sun, all random.
+pub fn random_proxies(seed: u32) -> TestScene<ProxyWorld> {
+    let mut random = Random::new(seed);
+    let mut proxies = vec![Proxy {
+        shape: ProxyShape::Plane(Vec2::new(random.between(4.0, 8.0), random.between(4.0, 8.0))),
+        world_from_local: Affine3A::IDENTITY,
+        reflectance: Reflectance::Known(random.color(0.1, 0.9)),
+    }];
+    for _ in 0..1 + random.below(3) {
+        let place = random.rotation();
+        let at = Vec3::new(random.between(-1.5, 1.5), random.between(0.3, 1.6), random.between(-2.0, 0.3));
+        let shape = match random.below(3) {
+            0 => ProxyShape::Mesh(prepared(primitives::icosphere(random.between(0.2, 0.5), 2))),
+            1 => ProxyShape::Mesh(prepared(primitives::cuboid(random.color(0.2, 1.0)))),
+            _ => ProxyShape::Plane(Vec2::new(random.between(0.5, 3.0), random.between(0.5, 3.0))),
+        };
+        proxies.push(Proxy {
+            shape,
+            world_from_local: Affine3A::from_rotation_translation(place, at),
+            reflectance: Reflectance::Known(random.color(0.1, 0.9)),
+        });
+    }
+    let sun = {
+        let d = random.direction();
+        Lamp {
+            direction: Vec3::new(d.x, 0.3 + d.y.abs(), d.z).normalize(),
+            cos_radius: random.between(5.0, 15.0).to_radians().cos(),
+            radiance: random.color(10.0, 40.0),
+        }
+    };
+    let environment = sky(64, random.color(0.0, 0.5), random.color(0.1, 1.0), &[sun]);
+    let placements: Vec<Placement> = (0..1 + random.below(3))
+        .map(|_| {
+            let mesh = match random.below(3) {
+                0 => primitives::icosphere(1.0, 3),
+                1 => primitives::cuboid(Vec3::new(1.5, 1.0, 1.2)),
+                _ => primitives::torus(0.8, 0.3, 24, 12),
+            };
+            let at = Vec3::new(random.between(-1.0, 1.0), random.between(0.1, 0.9), random.between(-1.2, 0.8));
+            let place = Affine3A::from_scale_rotation_translation(Vec3::splat(random.between(0.2, 0.5)), random.rotation(), at);
+            placed(&prepared(mesh), place, rough_material(&mut random))
+        })
+        .collect();
+    let camera = view(
+        Vec3::new(random.between(-1.5, 1.5), random.between(1.5, 2.5), random.between(2.5, 3.5)),
+        Vec3::new(0.0, 0.3, -0.1),
+        random.between(30.0, 40.0),
+        32,
+        24,
+    );
+    let world = ProxyWorld::new(Arc::new(environment), random.rotation(), Vec3::Y, &proxies);
+    TestScene { world, objects: Objects::new(&placements), camera }
+}
+
+/// A captured room with a table, a window and a lamp, and one to three objects in it, all random.
+pub fn random_room(seed: u32) -> TestScene<CapturedWorld> {
+    let mut random = Random::new(seed);
+    let walls = Cuboid {
+        lo: Vec3::new(random.between(-3.0, -2.0), -1.5, random.between(-3.0, -2.2)),
+        hi: Vec3::new(random.between(2.0, 3.0), random.between(1.0, 1.5), random.between(2.0, 3.0)),
+    };
+    let table = Cuboid { lo: Vec3::new(-0.9, -1.5, -2.0), hi: Vec3::new(0.2, random.between(-1.0, -0.6), -1.2) };
+    let room = Room {
+        walls,
+        table: Some(table),
+        window: Some((Vec2::new(-0.5, -0.4), Vec2::new(1.2, 0.6))),
+        colors: [random.color(0.2, 0.8), random.color(0.2, 0.8)],
+        lights: [random.color(2.0, 6.0), random.color(5.0, 15.0)],
+    };
+    let turn = Quat::from_rotation_y(random.between(0.0, 6.0));
+    let capture = Vec3::new(0.4, 1.5, -0.2);
+    let placements: Vec<Placement> = (0..1 + random.below(3))
+        .map(|_| {
+            let at = Vec3::new(random.between(-1.0, 1.0), random.between(-1.3, -0.7), random.between(-1.1, -0.4));
+            let place =
+                Affine3A::from_scale_rotation_translation(Vec3::splat(random.between(0.2, 0.35)), turn, capture + turn * at);
+            let mesh = if random.below(2) == 0 { primitives::icosphere(1.0, 3) } else { primitives::cuboid(Vec3::ONE) };
+            placed(&prepared(mesh), place, rough_material(&mut random))
+        })
+        .collect();
+    let world = captured(&room.radiance(256), &room.depth(256), turn, capture);
+    let camera = view(capture, capture + turn * Vec3::new(0.0, -1.1, -1.0), 75.0, 32, 24);
+    TestScene { world, objects: Objects::new(&placements), camera }
+}
