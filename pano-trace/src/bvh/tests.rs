@@ -14,7 +14,8 @@ fn soup(max: usize) -> impl Strategy<Value = Soup> {
 }
 
 fn unit() -> impl Strategy<Value = Vec3> {
-    (-1.0f32..1.0, 0.0f32..6.28).prop_map(|(y, l)| Vec3::new((1.0 - y * y).sqrt() * l.sin(), y, (1.0 - y * y).sqrt() * l.cos()))
+    (-1.0f32..1.0, 0.0f32..std::f32::consts::TAU)
+        .prop_map(|(y, l)| Vec3::new((1.0 - y * y).sqrt() * l.sin(), y, (1.0 - y * y).sqrt() * l.cos()))
 }
 
 /// Möller–Trumbore in f64 over every face.
