@@ -3,9 +3,13 @@
 //! - [`composite`] puts traced layers over the photo, builds the channels of a layered picture, and encodes 8-bit output.
 //! - [`plan`] says which effects a scene calls for, and why.
 //!
+//! - [`demo`] does all of it in a room made in code, and compares with the truth (feature `demo`).
+//!
 //! Without the default feature `pipeline` the crate depends on `pano-core` alone.
 
 pub mod composite;
+#[cfg(feature = "demo")]
+pub mod demo;
 #[cfg(feature = "pipeline")]
 pub mod pipeline;
 pub mod plan;

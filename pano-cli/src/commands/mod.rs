@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod compare;
+mod demo;
 mod info;
 mod render;
 
@@ -9,6 +10,8 @@ use crate::failure::Failure;
 /// What `pano` can do.
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Command {
+    /// Show what this program does, in a room made in code: composites by each method, and the truth beside them
+    Demo(demo::Args),
     /// Put the objects of a scene into its panorama
     Render(render::Args),
     /// Say how far two pictures are apart
@@ -21,6 +24,7 @@ impl Command {
     /// Runs the command.
     pub(crate) fn run(&self) -> Result<(), Failure> {
         match self {
+            Self::Demo(args) => demo::run(args),
             Self::Render(args) => render::run(args),
             Self::Compare(args) => compare::run(args),
             Self::Info(args) => info::run(args),

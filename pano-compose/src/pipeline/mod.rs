@@ -27,7 +27,7 @@ use pano_core::{
 };
 use pano_denoise::cross_bilateral;
 use pano_trace::tracer::{self, TraceParams, Traced};
-use stats::Clock;
+pub(crate) use stats::Clock;
 
 /// Where the stages run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -111,7 +111,7 @@ pub(crate) fn render_inputs(
     let pixels = (camera.width * camera.height) as u64;
     let plan = EffectPlan::for_scene(&inputs.facts(scene, method));
 
-    let world = build_world(scene, inputs, &options.settings, &mut warnings, progress)?;
+    let world = build_world(scene, inputs, objects, &options.settings, &mut warnings, progress)?;
     clock.stage("world", 0, 0);
     let (photo, lighting) = view_of_photo(scene, inputs, &world, &camera)?;
     clock.stage("view", pixels, 0);

@@ -9,6 +9,7 @@ use pano_core::{
     scene::{Method, ProxyShape as SceneShape, Scene},
 };
 use pano_trace::bvh::Ray;
+use pano_trace::objects::Objects;
 use pano_trace::tracer;
 use pano_trace::world::{CapturedWorld, Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance};
 
@@ -83,6 +84,7 @@ pub(super) fn tracer_method(method: Method) -> tracer::Method {
 pub fn build_world(
     scene: &Scene,
     inputs: &Inputs,
+    objects: &Objects,
     settings: &Settings,
     warnings: &mut Vec<String>,
     progress: &dyn Progress,
@@ -94,7 +96,8 @@ pub fn build_world(
         if !scene.proxies.is_empty() {
             warnings.push("the panorama has depth: proxies are not used".into());
         }
-        let world = CapturedWorld::new(radiance, depth, turn, capture, &settings.captured, progress).ok_or(Error::Cancelled)?;
+        let world = CapturedWorld::new(radiance, depth, turn, capture, objects.clusters(), &settings.captured, progress)
+            .ok_or(Error::Cancelled)?;
         return Ok(World::Captured(Box::new(world)));
     }
     let from_picture = Reflectance::FromPicture { cap: settings.captured.reflectance_cap };

@@ -38,12 +38,11 @@ pub fn bilinear_taps(width: usize, height: usize, uv: Vec2) -> [Tap; 4] {
     let (x0, y0) = (x.floor(), y.floor());
     let (fx, fy) = (x - x0, y - y0);
     let (x0, y0) = (x0 as isize, y0 as isize);
-    [(0, 0, (1.0 - fx) * (1.0 - fy)), (1, 0, fx * (1.0 - fy)), (0, 1, (1.0 - fx) * fy), (1, 1, fx * fy)].map(
-        |(dx, dy, weight)| {
-            let (x, y) = wrap_texel(width, height, x0 + dx, y0 + dy);
-            Tap { x, y, weight }
-        },
-    )
+    let tap = |dx: isize, dy: isize, weight: f32| {
+        let (x, y) = wrap_texel(width, height, x0 + dx, y0 + dy);
+        Tap { x, y, weight }
+    };
+    [tap(0, 0, (1.0 - fx) * (1.0 - fy)), tap(1, 0, fx * (1.0 - fy)), tap(0, 1, (1.0 - fx) * fy), tap(1, 1, fx * fy)]
 }
 
 /// Bilinear lookup at (u, v) in an equirectangular picture.
@@ -52,6 +51,7 @@ pub fn bilinear<T>(image: &Image<T>, uv: Vec2) -> T
 where
     T: Copy + Add<Output = T> + Mul<f32, Output = T>,
 {
-    let [a, b, c, d] = bilinear_taps(image.width(), image.height(), uv).map(|t| image.get(t.x, t.y) * t.weight);
-    (a + b) + (c + d)
+    let [a, b, c, d] = bilinear_taps(image.width(), image.height(), uv);
+    let read = |t: Tap| image.get(t.x, t.y) * t.weight;
+    (read(a) + read(b)) + (read(c) + read(d))
 }

@@ -37,6 +37,10 @@ pub(super) struct Face {
     pub(super) inverse: Vec<f32>,
     /// Whether a cell lies across a gap; n² cells.
     pub(super) gap: Vec<bool>,
+    /// Whether the step from a sample to its right neighbour is a gap; n + 1 rows of n.
+    gap_right: Vec<bool>,
+    /// Whether the step from a sample to the one below is a gap; n rows of n + 1.
+    gap_below: Vec<bool>,
     /// Level 0 has n² cells, each further level half the side (rounded up).
     pub(super) pyramid: Vec<Vec<Range>>,
 }
@@ -83,6 +87,16 @@ impl DepthField {
         let samples: Vec<Vec<f32>> = (0..6).map(|face| sample_face(depth, face, n)).collect();
         let faces = samples.into_iter().map(|inverse| Face::new(inverse, n, options)).collect();
         Self { n, faces }
+    }
+
+    /// Whether direction `d` points into a cell at a gap or next to one.
+    pub fn near_gap(&self, d: Vec3) -> bool {
+        let (face, at) = face_from_direction(d);
+        let n = self.n as isize;
+        let g = (at + 1.0) * (0.5 * n as f32);
+        let (i, j) = (g.x as isize, g.y as isize);
+        let gap = |x: isize, y: isize| self.faces[face].gap[(y.clamp(0, n - 1) * n + x.clamp(0, n - 1)) as usize];
+        (-1..=1).any(|dy| (-1..=1).any(|dx| gap(i + dx, j + dy)))
     }
 
     /// Inverse distance along unit direction `d` (0: nothing there), and the plane of the surface there as the vector `p`
@@ -141,22 +155,17 @@ impl Face {
             };
             step > options.gap_contrast * beside
         };
-        let horizontal: Vec<bool> = (0..(n + 1) * n).into_par_iter().map(|c| is_gap(&|i| at(i, c / n), c % n)).collect();
-        let vertical: Vec<bool> =
+        let gap_right: Vec<bool> = (0..(n + 1) * n).into_par_iter().map(|c| is_gap(&|i| at(i, c / n), c % n)).collect();
+        let gap_below: Vec<bool> =
             (0..n * (n + 1)).into_par_iter().map(|c| is_gap(&|j| at(c % (n + 1), j), c / (n + 1))).collect();
         let gap: Vec<bool> = (0..n * n)
             .map(|c| {
                 let (i, j) = (c % n, c / n);
-                horizontal[j * n + i] || horizontal[(j + 1) * n + i] || vertical[j * (n + 1) + i] || vertical[j * (n + 1) + i + 1]
+                gap_right[j * n + i] || gap_right[(j + 1) * n + i] || gap_below[j * (n + 1) + i] || gap_below[j * (n + 1) + i + 1]
             })
             .collect();
-        let base: Vec<Range> = (0..n * n)
-            .map(|c| {
-                let (i, j) = (c % n, c / n);
-                let corners = [at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)];
-                Range { min: corners.into_iter().fold(f32::MAX, f32::min), max: corners.into_iter().fold(0.0, f32::max) }
-            })
-            .collect();
+        let mut face = Self { inverse, gap, gap_right, gap_below, pyramid: Vec::new() };
+        let base: Vec<Range> = (0..n * n).into_par_iter().map(|c| face.range(n, c % n, c / n)).collect();
         let mut pyramid = vec![base];
         let mut side = n;
         while side > 1 {
@@ -178,7 +187,25 @@ impl Face {
             pyramid.push(next);
             side = half;
         }
-        Self { inverse, gap, pyramid }
+        face.pyramid = pyramid;
+        face
+    }
+
+    /// Between which inverse depths the surface of a cell lies.
+    fn range(&self, n: usize, i: usize, j: usize) -> Range {
+        let mut range = Range { min: f32::MAX, max: 0.0 };
+        let mut hold = |w: f32| range = Range { min: range.min.min(w), max: range.max.max(w) };
+        self.corners(n, i, j).into_iter().for_each(&mut hold);
+        if self.gap[j * n + i] {
+            for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                // A quarter reaches half a cell along both of its slopes.
+                let [value, slope_x, slope_y] = self.quarter(n, i + x, j + y);
+                let reach = 0.5 * (slope_x.abs() + slope_y.abs());
+                hold((value - reach).max(0.0));
+                hold(value + reach);
+            }
+        }
+        range
     }
 
     /// Planar depth of the nearest sample, in metres; infinite where nothing is.
@@ -194,23 +221,38 @@ impl Face {
         [self.inverse[k], self.inverse[k + 1], self.inverse[k + n + 1], self.inverse[k + n + 2]]
     }
 
+    /// The surface about a sample beside a gap: its value and its slopes per cell along x and y, taken from the neighbours on
+    /// its own side of the gap. It goes on as a plane for half a cell.
+    pub(super) fn quarter(&self, n: usize, i: usize, j: usize) -> [f32; 3] {
+        let k = j * (n + 1) + i;
+        let value = self.inverse[k];
+        let slope = |before: Option<f32>, after: Option<f32>| match (before, after) {
+            (Some(a), Some(b)) => 0.5 * (b - a),
+            (Some(a), None) => value - a,
+            (None, Some(b)) => b - value,
+            (None, None) => 0.0,
+        };
+        let left = (i > 0 && !self.gap_right[j * n + i - 1]).then(|| self.inverse[k - 1]);
+        let right = (i < n && !self.gap_right[j * n + i]).then(|| self.inverse[k + 1]);
+        let above = (j > 0 && !self.gap_below[k - (n + 1)]).then(|| self.inverse[k - (n + 1)]);
+        let below = (j < n && !self.gap_below[k]).then(|| self.inverse[k + n + 1]);
+        [value, slope(left, right), slope(above, below)]
+    }
+
     /// Inverse planar depth at `at` in [−1, 1]², and the plane (a, b, c) with inverse = a·x + b·y + c through it.
     pub(super) fn patch(&self, n: usize, at: Vec2) -> (f32, Vec3) {
         let g = ((at + 1.0) * (0.5 * n as f32)).clamp(Vec2::ZERO, Vec2::splat(n as f32));
         let (i, j) = ((g.x as usize).min(n - 1), (g.y as usize).min(n - 1));
         let f = g - Vec2::new(i as f32, j as f32);
-        let [a, b, c, d] = self.corners(n, i, j);
         let per_unit = 0.5 * n as f32;
         if self.gap[j * n + i] {
-            let corner = |right: bool, lower: bool| match (right, lower) {
-                (false, false) => a,
-                (true, false) => b,
-                (false, true) => c,
-                (true, true) => d,
-            };
-            let w = corner(f.x >= 0.5, f.y >= 0.5);
-            return (w, Vec3::new(0.0, 0.0, w));
+            let [value, slope_x, slope_y] = self.quarter(n, i + usize::from(f.x >= 0.5), j + usize::from(f.y >= 0.5));
+            let off = g - (g + 0.5).floor();
+            let w = (value + slope_x * off.x + slope_y * off.y).max(0.0);
+            let (dx, dy) = (slope_x * per_unit, slope_y * per_unit);
+            return (w, Vec3::new(dx, dy, w - dx * at.x - dy * at.y));
         }
+        let [a, b, c, d] = self.corners(n, i, j);
         let (top, bottom) = (a + (b - a) * f.x, c + (d - c) * f.x);
         let w = top + (bottom - top) * f.y;
         let dx = ((b - a) * (1.0 - f.y) + (d - c) * f.y) * per_unit;

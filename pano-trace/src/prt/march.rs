@@ -165,9 +165,12 @@ impl DepthField {
     /// The crossing inside one cell between `s.0` and `s.1`.
     fn cross_cell(&self, face: &Face, ray: &Stretch, (x, y): (usize, usize), s: (f32, f32), direction: Vec3) -> Option<FieldHit> {
         let n = self.n;
-        let corners = face.corners(n, x, y);
         let at_gap = face.gap[y * n + x];
-        let root = if at_gap { cross_quadrants(corners, ray, (x, y), s)? } else { cross_bilinear(corners, ray, (x, y), s)? };
+        let root = if at_gap {
+            cross_quarters(&|i, j| face.quarter(n, i, j), ray, (x, y), s)?
+        } else {
+            cross_bilinear(face.corners(n, x, y), ray, (x, y), s)?
+        };
         let w = ray.inverse + ray.inverse_along * root;
         let t = (ray.weighted_t + ray.weighted_t_along * root) / w;
         if !(t > 0.0) || !t.is_finite() {
@@ -205,8 +208,13 @@ fn cross_bilinear([a, b, c, d]: [f32; 4], ray: &Stretch, (x, y): (usize, usize),
     Some(if root.is_finite() { root } else { lo })
 }
 
-/// At a gap each corner keeps a quarter of the cell at its own depth.
-fn cross_quadrants(corners: [f32; 4], ray: &Stretch, (x, y): (usize, usize), (s0, s1): (f32, f32)) -> Option<f32> {
+/// At a gap each corner keeps a quarter of the cell, in its own plane.
+fn cross_quarters(
+    quarter: &dyn Fn(usize, usize) -> [f32; 3],
+    ray: &Stretch,
+    (x, y): (usize, usize),
+    (s0, s1): (f32, f32),
+) -> Option<f32> {
     let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
     let cut = |from: f32, along: f32, at: f32| {
         let s = (at - from) / along;
@@ -220,8 +228,13 @@ fn cross_quadrants(corners: [f32; 4], ray: &Stretch, (x, y): (usize, usize), (s0
             return None;
         }
         let p = ray.from + ray.along * (0.5 * (e0 + e1));
-        let w = corners[usize::from(p.x >= middle.x) + 2 * usize::from(p.y >= middle.y)];
-        let (g0, g1) = (ray.inverse + ray.inverse_along * e0 - w, ray.inverse + ray.inverse_along * e1 - w);
+        let (i, j) = (x + usize::from(p.x >= middle.x), y + usize::from(p.y >= middle.y));
+        let [value, slope_x, slope_y] = quarter(i, j);
+        let gap = |s: f32| {
+            let off = ray.from + ray.along * s - Vec2::new(i as f32, j as f32);
+            ray.inverse + ray.inverse_along * s - (value + slope_x * off.x + slope_y * off.y).max(0.0)
+        };
+        let (g0, g1) = (gap(e0), gap(e1));
         ((g0 > 0.0) != (g1 > 0.0)).then(|| e0 + (e1 - e0) * (g0 / (g0 - g1)).clamp(0.0, 1.0))
     })
 }

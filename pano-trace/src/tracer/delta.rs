@@ -25,6 +25,8 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 const FULL_EFFORT: f32 = 0.25;
 /// …but at least this often, so that no pixel is left with a handful of samples.
 const LEAST_EFFORT: f32 = 0.04;
+/// The same for points that are met once by a path, where a thinner effort would only make the rare find brighter.
+const LEAST_EFFORT_ONCE: f32 = 0.5;
 /// How often the second order is sampled: it is small, and smooth.
 const SECOND_ORDER_EFFORT: f32 = 0.25;
 
@@ -144,15 +146,15 @@ struct Point<'a> {
 impl<'a, W: RealWorld> Tracer<'a, W> {
     /// One estimate of the change of the radiance a real surface sends out, all strategies used.
     pub(crate) fn delta(&self, hit: &RealHit, bounces: u32, walk: &mut Walk) -> Vec3 {
-        self.delta_at(hit, bounces, 1.0, walk)
+        self.delta_at(hit, bounces, 1.0, LEAST_EFFORT, walk)
     }
 
     /// The same with about one ray, for points that only colour a path's end.
     pub(crate) fn delta_once(&self, hit: &RealHit, bounces: u32, walk: &mut Walk) -> Vec3 {
-        self.delta_at(hit, bounces, 0.5, walk)
+        self.delta_at(hit, bounces, 0.5, LEAST_EFFORT_ONCE, walk)
     }
 
-    fn delta_at(&self, hit: &RealHit, bounces: u32, effort: f32, walk: &mut Walk) -> Vec3 {
+    fn delta_at(&self, hit: &RealHit, bounces: u32, effort: f32, least: f32, walk: &mut Walk) -> Vec3 {
         let x = self.world.leave(hit);
         let aim = Aim::new(self.objects.clusters(), x, hit.normal);
         let second_order = bounces >= 2 && self.params.second_order && self.world.sees_itself();
@@ -172,7 +174,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
             0.0
         };
         let cones = aim.count > 0 && mis != Mis::BsdfOnly;
-        let cone_rate = if cones { effort * (aim.form_factor / FULL_EFFORT).clamp(LEAST_EFFORT, 1.0) } else { 0.0 };
+        let cone_rate = if cones { effort * (aim.form_factor / FULL_EFFORT).clamp(least, 1.0) } else { 0.0 };
         let light_rate = if aim.nothing() || mis == Mis::BsdfOnly { 0.0 } else { effort };
         let point = Point { hit, x, aim, cone_rate, light_rate, cosine_rate, second_order, bounces };
 

@@ -69,7 +69,11 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     /// Share of light samples aimed at the real world; the others are aimed at shining objects.
     #[inline]
     fn world_share(&self, scene: Scene) -> f32 {
-        if scene == Scene::Mixed && self.objects.emit() { 0.5 } else { 1.0 }
+        match scene {
+            Scene::Mixed if self.objects.emit() && self.world.environment().light.is_none() => 0.0,
+            Scene::Mixed if self.objects.emit() => 0.5,
+            _ => 1.0,
+        }
     }
 
     /// Radiance that arrives along `ray`, which meets `first`, after at most `bounces` scattering events. `found_by` is the

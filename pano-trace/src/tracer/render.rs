@@ -89,9 +89,13 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let samples = self.params.samples;
         for index in 0..samples {
             let mut walk = Walk { sampler: Sampler::new(at, index, frame.stream), rays: 0 };
-            let jitter = walk.sampler.next_2d();
-            let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + jitter));
+            let [jx, jy, pick, _] = walk.sampler.next_4d();
+            let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + Vec2::new(jx, jy)));
             let first = self.first(&ray, scene, &mut walk);
+            let first = match first {
+                First::Real(hit) => First::Real(self.world.shown_surface(hit, ray.direction, pick)),
+                first => first,
+            };
             let (into_object, value) = self.sample(&ray, first, &mut walk);
             *rays += walk.rays;
             covered += u32::from(into_object);

@@ -74,6 +74,13 @@ pub trait RealWorld: Sync {
     /// The nearest real surface on the ray.
     fn hit(&self, ray: &Ray) -> Option<RealHit>;
 
+    /// The surface whose change the picture shows at a hit of a camera ray along `direction`: where a picture blends two
+    /// surfaces at an edge, one of them, in proportion to its share of the blend (`u` in [0, 1) decides).
+    fn shown_surface(&self, hit: RealHit, direction: Vec3, u: f32) -> RealHit {
+        let _ = (direction, u);
+        hit
+    }
+
     /// Radiance that comes from infinity along `direction` (pointing away from the viewer).
     fn infinity(&self, direction: Vec3) -> Vec3;
 

@@ -3,7 +3,8 @@
 use super::{CapturedOptions, CapturedWorld};
 use crate::bsdf::concentric_disc;
 use crate::bvh::Ray;
-use crate::world::RealWorld;
+use crate::objects::Ball;
+use crate::world::{RealHit, RealWorld};
 use glam::{UVec2, Vec2, Vec3};
 use pano_core::{image::Image, progress::Progress, random::Sampler, random::Stream, sphere};
 use rayon::prelude::*;
@@ -12,85 +13,139 @@ use std::f32::consts::FRAC_1_PI;
 #[derive(Clone, Copy, Debug, Default)]
 struct Texel {
     irradiance: Vec3,
-    /// Panorama frame, relative to the capture point; zero where nothing is.
+    /// Panorama frame, relative to the capture point.
     position: Vec3,
     normal: Vec3,
+    measured: bool,
 }
 
-/// Irradiance at the surfaces the panorama sees, on a coarse equirectangular grid.
+/// Irradiance at the surfaces the panorama sees: a coarse equirectangular grid everywhere, and a fine one where the objects
+/// can change something worth seeing.
 #[derive(Clone, Debug)]
 pub(super) struct IrradianceMap {
-    texels: Image<Texel>,
+    coarse: Image<Texel>,
+    fine: Image<Texel>,
 }
 
+/// Columns of the fine grid for one of the coarse one.
+const REFINEMENT: usize = 4;
+/// The share of its irradiance that an object can take from a surface, from which on the fine grid is measured.
+const INFLUENCE: f32 = 1e-2;
+
 impl IrradianceMap {
-    pub(super) fn new(world: &CapturedWorld, options: &CapturedOptions, progress: &dyn Progress) -> Option<Self> {
-        let w = options.irradiance_width.max(2);
-        let h = (w / 2).max(1);
-        progress.begin("irradiance", h as u64);
-        let mut texels = Image::filled(w, h, Texel::default());
-        texels.data_mut().par_chunks_mut(w).enumerate().for_each(|(y, row)| {
-            if progress.cancelled() {
-                return;
-            }
-            for (x, texel) in row.iter_mut().enumerate() {
-                *texel = measure(world, (x, y), (w, h), options.irradiance_samples);
-            }
-            progress.advance(1);
+    pub(super) fn new(world: &CapturedWorld, balls: &[Ball], options: &CapturedOptions, progress: &dyn Progress) -> Option<Self> {
+        let fine_width = options.irradiance_width.max(2);
+        let coarse_width = (fine_width / REFINEMENT).max(2);
+        progress.begin("irradiance", (coarse_width / 2 + fine_width / 2) as u64);
+        let coarse = measure_grid(world, coarse_width, options.irradiance_samples, progress, |_| true);
+        let fine = measure_grid(world, fine_width, options.irradiance_samples, progress, |hit| {
+            balls.iter().map(|ball| influence(ball, hit)).sum::<f32>() > INFLUENCE
         });
         if progress.cancelled() {
             return None;
         }
-        let mut map = Self { texels };
-        for step in [1, 2] {
-            map = map.smoothed(step);
-        }
-        Some(map)
+        // Holes of 1, 2 and 4 texels: 29 texels wide in all, about 5° of the fine grid.
+        let smooth = |grid: Image<Texel>| [1, 2, 4].into_iter().fold(grid, |grid, step| smoothed(&grid, step));
+        Some(Self { coarse: smooth(coarse), fine: smooth(fine) })
     }
 
     /// Irradiance at `position` (panorama frame) on a surface with `normal`.
     pub(super) fn look(&self, position: Vec3, normal: Vec3) -> Vec3 {
-        let uv = sphere::uv_from_direction(position);
-        let taps = sphere::bilinear_taps(self.texels.width(), self.texels.height(), uv);
+        for grid in [&self.fine, &self.coarse] {
+            if let Some(irradiance) = look_in(grid, position, normal, 1e-2) {
+                return irradiance;
+            }
+        }
+        // Nothing alike nearby: whatever is there.
+        look_in(&self.coarse, position, normal, 0.0).unwrap_or(Vec3::ZERO)
+    }
+}
+
+/// Mean of the measured texels around `position` that are alike by more than `least`, widening the search once.
+fn look_in(grid: &Image<Texel>, position: Vec3, normal: Vec3, least: f32) -> Option<Vec3> {
+    let (w, h) = grid.size();
+    let uv = sphere::uv_from_direction(position);
+    let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+    for tap in sphere::bilinear_taps(w, h, uv) {
+        let texel = grid.get(tap.x, tap.y);
+        let weight = tap.weight * similarity(position, normal, &texel);
+        sum += texel.irradiance * weight;
+        weights += weight;
+    }
+    if weights <= least {
+        let (x, y) = ((uv.x * w as f32) as isize, (uv.y * h as f32) as isize);
+        for (dx, dy) in (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| (dx, dy))) {
+            let (tx, ty) = sphere::wrap_texel(w, h, x + dx, y + dy);
+            let texel = grid.get(tx, ty);
+            // Where likeness is not asked for, any measured texel counts.
+            let alike = if least > 0.0 { similarity(position, normal, &texel) } else { f32::from(u8::from(texel.measured)) };
+            sum += texel.irradiance * alike;
+            weights += alike;
+        }
+    }
+    (weights > least).then(|| sum / weights)
+}
+
+/// About the share of a surface's hemisphere that a ball takes up.
+fn influence(ball: &Ball, hit: &RealHit) -> f32 {
+    let to = ball.center - hit.position;
+    let d2 = to.length_squared().max(ball.radius * ball.radius);
+    let sine = ball.radius / d2.sqrt();
+    let facing = to.dot(hit.normal) / d2.sqrt();
+    if facing <= -sine { 0.0 } else { sine * sine * facing.max(0.3 * sine) }
+}
+
+/// One pass of a 5×5 B-spline filter with holes of `step`, over texels of the same surface only. It removes the noise of the
+/// samples; shadows already in the scene get softer by as much.
+fn smoothed(grid: &Image<Texel>, step: isize) -> Image<Texel> {
+    const SPLINE: [f32; 5] = [1.0 / 16.0, 0.25, 0.375, 0.25, 1.0 / 16.0];
+    let (w, h) = grid.size();
+    Image::par_from_fn(w, h, |x, y| {
+        let center = grid.get(x, y);
+        if !center.measured {
+            return center;
+        }
         let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
-        for tap in taps {
-            let texel = self.texels.get(tap.x, tap.y);
-            let weight = tap.weight * similarity(position, normal, &texel) + tap.weight * 1e-6;
-            if texel.position != Vec3::ZERO {
+        for (j, wy) in SPLINE.iter().enumerate() {
+            for (i, wx) in SPLINE.iter().enumerate() {
+                let (tx, ty) =
+                    sphere::wrap_texel(w, h, x as isize + (i as isize - 2) * step, y as isize + (j as isize - 2) * step);
+                let texel = grid.get(tx, ty);
+                let weight = wx * wy * similarity(center.position, center.normal, &texel);
                 sum += texel.irradiance * weight;
                 weights += weight;
             }
         }
-        if weights > 0.0 { sum / weights } else { Vec3::ZERO }
-    }
+        if weights > 0.0 { Texel { irradiance: sum / weights, ..center } } else { center }
+    })
+}
 
-    /// One pass of a 5×5 B-spline filter with holes of `step`, over texels of the same surface only. It removes the noise
-    /// of the samples; shadows already in the scene get softer by as much.
-    fn smoothed(&self, step: isize) -> Self {
-        const SPLINE: [f32; 5] = [1.0 / 16.0, 0.25, 0.375, 0.25, 1.0 / 16.0];
-        let (w, h) = self.texels.size();
-        let texels = Image::par_from_fn(w, h, |x, y| {
-            let center = self.texels.get(x, y);
-            let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
-            for (j, wy) in SPLINE.iter().enumerate() {
-                for (i, wx) in SPLINE.iter().enumerate() {
-                    let (tx, ty) =
-                        sphere::wrap_texel(w, h, x as isize + (i as isize - 2) * step, y as isize + (j as isize - 2) * step);
-                    let texel = self.texels.get(tx, ty);
-                    let weight = wx * wy * similarity(center.position, center.normal, &texel);
-                    sum += texel.irradiance * weight;
-                    weights += weight;
-                }
+fn measure_grid(
+    world: &CapturedWorld,
+    width: usize,
+    samples: u32,
+    progress: &dyn Progress,
+    wanted: impl Fn(&RealHit) -> bool + Sync,
+) -> Image<Texel> {
+    let size = (width, (width / 2).max(1));
+    let mut texels = Image::filled(size.0, size.1, Texel::default());
+    texels.data_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        for (x, texel) in row.iter_mut().enumerate() {
+            let uv = Vec2::new((x as f32 + 0.5) / size.0 as f32, (y as f32 + 0.5) / size.1 as f32);
+            if let Some(hit) = world.look(sphere::direction_from_uv(uv)).filter(&wanted)
+                && !progress.cancelled()
+            {
+                *texel = measure(world, &hit, UVec2::new(x as u32, y as u32), samples);
             }
-            if weights > 0.0 { Texel { irradiance: sum / weights, ..center } } else { center }
-        });
-        Self { texels }
-    }
+        }
+        progress.advance(1);
+    });
+    texels
 }
 
 /// 1 for a texel in the plane through `position`, falling to 0 off it (2 % of the distance) and for turned normals.
 fn similarity(position: Vec3, normal: Vec3, texel: &Texel) -> f32 {
-    if texel.position == Vec3::ZERO {
+    if !texel.measured {
         return 0.0;
     }
     let off = normal.dot(texel.position - position) / (0.02 * position.length());
@@ -98,10 +153,8 @@ fn similarity(position: Vec3, normal: Vec3, texel: &Texel) -> f32 {
 }
 
 /// Irradiance at one texel: cosine and light sampling, joined by the balance heuristic.
-fn measure(world: &CapturedWorld, (x, y): (usize, usize), (w, h): (usize, usize), samples: u32) -> Texel {
-    let direction = sphere::direction_from_uv(Vec2::new((x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32));
-    let Some(hit) = world.look(direction) else { return Texel::default() };
-    let from = world.leave(&hit);
+fn measure(world: &CapturedWorld, hit: &RealHit, at: UVec2, samples: u32) -> Texel {
+    let from = world.leave(hit);
     let (tangent, bitangent) = hit.normal.any_orthonormal_pair();
     let arriving = |d: Vec3, light: Option<&super::LightSample>| {
         let cos = d.dot(hit.normal);
@@ -120,7 +173,7 @@ fn measure(world: &CapturedWorld, (x, y): (usize, usize), (w, h): (usize, usize)
     let mut sum = Vec3::ZERO;
     for i in 0..samples {
         // A stream of its own: frame number −1 is no frame.
-        let mut sampler = Sampler::new(UVec2::new(x as u32, y as u32), i, Stream { frame: u32::MAX, seed: 0 });
+        let mut sampler = Sampler::new(at, i, Stream { frame: u32::MAX, seed: 0 });
         let u = sampler.next_4d();
         let disc = concentric_disc(Vec2::new(u[0], u[1]));
         let up = (1.0 - disc.length_squared()).max(0.0).sqrt();
@@ -130,5 +183,10 @@ fn measure(world: &CapturedWorld, (x, y): (usize, usize), (w, h): (usize, usize)
         }
     }
     let turn = world.world_from_pano.inverse();
-    Texel { irradiance: sum / samples.max(1) as f32, position: world.to_pano(hit.position), normal: turn * hit.normal }
+    Texel {
+        irradiance: sum / samples.max(1) as f32,
+        position: world.to_pano(hit.position),
+        normal: turn * hit.normal,
+        measured: true,
+    }
 }

@@ -6,6 +6,7 @@ mod irradiance;
 
 use super::{Environment, LightSample, RealHit, RealWorld, proxy::reflectance_from};
 use crate::bvh::Ray;
+use crate::objects::Ball;
 use crate::prt::{DepthField, FieldOptions};
 use glam::{Quat, Vec2, Vec3};
 use irradiance::IrradianceMap;
@@ -20,8 +21,8 @@ pub struct CapturedOptions {
     /// Largest diffuse reflectance, [0, 1]; what a surface sends out beyond that is its own emission, which no shadow
     /// touches. .9 is white paper; lower protects more lamps and weakens shadows on white surfaces.
     pub reflectance_cap: f32,
-    /// Columns of the map of irradiance from which reflectance is read (rows: half). Higher follows existing shadows more
-    /// closely; cost grows with the square.
+    /// Columns of the map of irradiance from which reflectance is read (rows: half), near the objects; elsewhere a quarter.
+    /// Higher follows existing shadows more closely; cost grows with the square.
     pub irradiance_width: usize,
     /// Pairs of rays per texel of that map. The noise of the irradiance falls with the root and is filtered afterwards.
     pub irradiance_samples: u32,
@@ -29,7 +30,7 @@ pub struct CapturedOptions {
 
 impl Default for CapturedOptions {
     fn default() -> Self {
-        Self { field: FieldOptions::default(), reflectance_cap: 0.9, irradiance_width: 512, irradiance_samples: 32 }
+        Self { field: FieldOptions::default(), reflectance_cap: 0.9, irradiance_width: 1024, irradiance_samples: 16 }
     }
 }
 
@@ -39,7 +40,7 @@ const LIGHT_TABLE_WIDTH: usize = 512;
 const AT_CAPTURE: f32 = 1e-4;
 /// How far above its surface a ray starts, as a share of the distance to the capture point. The surface meets itself
 /// exactly, so this only has to cover rounding.
-const LEAVE: f32 = 3e-4;
+const LEAVE: f32 = 5e-4;
 
 /// A panorama with depth as a world of rays.
 #[derive(Clone, Debug)]
@@ -59,12 +60,15 @@ impl CapturedWorld {
     /// From an equirectangular picture in Pano's convention and its depth (distance along the ray in metres, not finite
     /// where nothing is; it may have another size), captured at `capture` and turned into the world by `world_from_pano`.
     ///
+    /// `objects` are the bounds of what will be put there: irradiance is measured finely where they can change it.
+    ///
     /// `None` if `progress` cancels.
     pub fn new(
         radiance: Arc<RadianceImage>,
         depth: &Image<f32>,
         world_from_pano: Quat,
         capture: Vec3,
+        objects: &[Ball],
         options: &CapturedOptions,
         progress: &dyn Progress,
     ) -> Option<Self> {
@@ -79,7 +83,7 @@ impl CapturedWorld {
             irradiance: None,
             cap: options.reflectance_cap,
         };
-        world.irradiance = Some(IrradianceMap::new(&world, options, progress)?);
+        world.irradiance = Some(IrradianceMap::new(&world, objects, options, progress)?);
         Some(world)
     }
 
@@ -139,6 +143,30 @@ impl RealWorld for CapturedWorld {
             surface: 0,
             radiance: Some(self.shown(origin + direction * hit.t, hit.at_gap)),
         })
+    }
+
+    fn shown_surface(&self, hit: RealHit, direction: Vec3, mut u: f32) -> RealHit {
+        let at = self.to_pano(hit.position);
+        // Only the panorama's own view blends its texels.
+        if at.dot(self.world_from_pano.inverse() * direction) < 0.9999 * at.length() || !self.field.near_gap(at) {
+            return hit;
+        }
+        let (w, h) = self.radiance.size();
+        let taps = sphere::bilinear_taps(w, h, sphere::uv_from_direction(at));
+        let mut chosen = taps[3];
+        for tap in taps {
+            if u < tap.weight {
+                chosen = tap;
+                break;
+            }
+            u -= tap.weight;
+        }
+        let uv = Vec2::new((chosen.x as f32 + 0.5) / w as f32, (chosen.y as f32 + 0.5) / h as f32);
+        match self.look(sphere::direction_from_uv(uv)) {
+            Some(texel) => RealHit { radiance: Some(self.radiance.get(chosen.x, chosen.y)), ..texel },
+            // The share of infinity does not change.
+            None => RealHit { radiance: Some(Vec3::ZERO), ..hit },
+        }
     }
 
     #[inline]

@@ -1,0 +1,200 @@
+//! The main job on a built-in room: photograph it as a panorama with depth, put objects into the photograph by every method
+//! that works on a captured radiance field, path-trace the truth with the objects really in the room, and compare.
+//!
+//! ```text
+//! room ──> panorama + depth ──> view with objects, by each method ──┐
+//!   └────> the same view, path-traced, with and without objects ────┴──> errors, contact sheet
+//! ```
+//!
+//! Everything goes through [`pipeline`], as `pano render` does: rendering the written scene file gives the same
+//! picture as the demo's `dpt`.
+
+mod files;
+mod numbers;
+mod place;
+mod reference;
+mod sheet;
+mod smooth;
+mod text;
+
+pub use files::Folder;
+pub use numbers::{Cost, MethodNumbers, Numbers, Score, Scores};
+
+use crate::pipeline::{self, Clock, Error, Inputs, RenderOptions, Rendered, Result};
+use pano_core::{
+    camera::Camera,
+    image::{Image, RadianceImage},
+    io::SourceEncoding,
+    progress::Progress,
+    random::Stream,
+    scene::{Method, Scene},
+};
+use pano_trace::objects::Objects;
+use place::{Place, SCENE_FILE};
+use reference::Quality;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// The methods the demo compares, in this order.
+pub const METHODS: [Method; 4] = [Method::Dpt, Method::Onepass, Method::Twopass, Method::Ibl];
+
+/// Sizes and samples of a demo. Time is proportional to pixels × samples of each picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DemoParams {
+    /// Columns of the captured panorama (rows: half), even and ≥ 2. Higher gives a sharper background.
+    pub panorama_width: usize,
+    /// Samples a pixel of the panorama, ≥ 1.
+    pub panorama_samples: u32,
+    /// Width and height of the view, ≥ 1.
+    pub view: (usize, usize),
+    /// Samples a pixel of each composite, ≥ 1.
+    pub samples: u32,
+    /// Samples a pixel of the truth, ≥ 1.
+    pub truth_samples: u32,
+    /// Scattering events after the camera, in the capture, the composites and the truth; ≥ 1.
+    pub bounces: u32,
+    /// Changes all random numbers.
+    pub seed: u32,
+}
+
+impl DemoParams {
+    /// About a minute on two cores.
+    pub const fn full() -> Self {
+        Self { panorama_width: 2048, panorama_samples: 16, view: (480, 360), samples: 32, truth_samples: 64, bounces: 5, seed: 0 }
+    }
+
+    /// About ten seconds on two cores: coarser and noisier.
+    pub const fn quick() -> Self {
+        Self { panorama_width: 1024, panorama_samples: 12, view: (240, 180), samples: 24, truth_samples: 32, bounces: 4, seed: 0 }
+    }
+
+    fn validate(&self) -> Result<()> {
+        let (w, h) = self.view;
+        let counts = [self.samples, self.panorama_samples, self.truth_samples, self.bounces];
+        if self.panorama_width < 2 || !self.panorama_width.is_multiple_of(2) || w == 0 || h == 0 || counts.contains(&0) {
+            let problem = format!("the demo needs an even panorama width and at least one pixel, sample and bounce: {self:?}");
+            return Err(pano_core::Error::argument(problem).into());
+        }
+        Ok(())
+    }
+}
+
+impl Default for DemoParams {
+    fn default() -> Self {
+        Self::full()
+    }
+}
+
+/// Everything the demo makes.
+#[derive(Clone, Debug)]
+pub struct Demo {
+    /// The captured panorama.
+    pub panorama: Arc<RadianceImage>,
+    /// Its distance along the ray in metres; infinite in the window.
+    pub depth: Image<f32>,
+    /// The view onto the table.
+    pub camera: Camera,
+    /// The composites, in the order of [`METHODS`].
+    pub composites: Vec<(Method, Rendered)>,
+    /// The view, path-traced with the objects in the room; filtered.
+    pub truth: RadianceImage,
+    /// The view, path-traced without them; filtered.
+    pub truth_without: RadianceImage,
+    /// Times and errors.
+    pub numbers: Numbers,
+    place: Place,
+    scene_text: String,
+}
+
+impl Demo {
+    /// What the panorama shows in the view.
+    pub fn photo(&self) -> &RadianceImage {
+        &self.composites[0].1.photo
+    }
+}
+
+/// Runs the demo in memory.
+///
+/// # Errors
+/// [`Error::Cancelled`], or [`Error::Core`] if a size or a number of samples in `params` is 0.
+pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
+    params.validate()?;
+    let begin = Instant::now();
+    let place = Place::new()?;
+    let stream = |frame: u32| Stream { frame, seed: params.seed };
+    let quality = |samples: u32, stream: Stream| Quality { samples, bounces: params.bounces, stream };
+    let trace = |name: &str, objects: &Objects, camera: &Camera, quality: &Quality| {
+        let clock = Instant::now();
+        let traced = reference::trace(objects, camera, quality, &Step { progress, name })?;
+        Ok::<_, Error>((traced.radiance, Cost { ms: clock.elapsed().as_secs_f64() * 1e3, rays: traced.rays }))
+    };
+
+    let (empty, full) = (place.without_objects(), place.with_objects());
+    let panorama = place.panorama(params.panorama_width);
+    let (radiance, capture_cost) = trace("capture", &empty, &panorama, &quality(params.panorama_samples, stream(1)))?;
+    let depth = reference::depth(&empty, &panorama, |triangle| place.is_window(triangle));
+    let inputs = Inputs {
+        photo: Arc::new(radiance),
+        lighting: None,
+        encoding: SourceEncoding::LinearFloat,
+        depth: Some(depth),
+        meshes: place.objects.clone(),
+        proxy_meshes: Vec::new(),
+        warnings: Vec::new(),
+    };
+
+    let scene_text = place.scene_file(params);
+    let mut scene = Scene::parse(&scene_text, SCENE_FILE)?;
+    let objects = pipeline::prepare_objects(&scene, &inputs, 0);
+    let options = RenderOptions { seed: params.seed, ..RenderOptions::default() };
+    let mut composites = Vec::new();
+    for method in METHODS {
+        scene.render.method = method;
+        let step = Step { progress, name: method.name() };
+        composites.push((method, pipeline::render_inputs(&scene, &inputs, &objects, &options, Clock::new(), &step)?));
+    }
+
+    // Independent of the capture's and the composites' random numbers.
+    let camera = place.view(params.view);
+    let (truth, truth_cost) = trace("truth", &full, &camera, &quality(params.truth_samples, stream(2)))?;
+    let (truth_without, without_cost) = trace("empty truth", &empty, &camera, &quality(params.truth_samples, stream(3)))?;
+
+    let mut demo = Demo {
+        panorama: inputs.photo,
+        depth: inputs.depth.unwrap_or_else(|| Image::filled(1, 1, f32::INFINITY)),
+        camera,
+        composites,
+        truth,
+        truth_without,
+        numbers: Numbers::default(),
+        place,
+        scene_text,
+    };
+    let costs = [capture_cost, truth_cost, without_cost];
+    demo.numbers = numbers::measure(&demo, params, costs)?;
+    demo.numbers.total_ms = begin.elapsed().as_secs_f64() * 1e3;
+    Ok(demo)
+}
+
+/// Says which step of the demo a stage belongs to.
+struct Step<'a> {
+    progress: &'a dyn Progress,
+    name: &'a str,
+}
+
+impl Progress for Step<'_> {
+    fn begin(&self, stage: &str, total: u64) {
+        self.progress.begin(&format!("{}: {stage}", self.name), total);
+    }
+
+    fn advance(&self, units: u64) {
+        self.progress.advance(units);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.progress.cancelled()
+    }
+}
+
+#[cfg(test)]
+mod tests;

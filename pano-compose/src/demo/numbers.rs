@@ -1,0 +1,191 @@
+//! What the methods cost and how far they are from the truth.
+
+use super::{Demo, DemoParams};
+use crate::pipeline::Result;
+use glam::Vec3;
+use pano_core::{
+    color::linear_to_srgb,
+    image::{Image, RadianceImage},
+    metrics,
+};
+use serde::Serialize;
+
+/// Share of the truth's pixels that stay below white.
+const BELOW_WHITE: f64 = 0.985;
+/// How much the crop reaches beyond the objects' bounds on each side, as a share of their extent: room for shadows.
+const MARGIN: f32 = 0.3;
+
+/// Time and rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Cost {
+    /// Milliseconds of wall time.
+    pub ms: f64,
+    /// Rays traced, shadow rays included.
+    pub rays: u64,
+}
+
+/// How far a picture is from the truth. SSIM, PSNR and FLIP are of display-encoded values, exposed by [`Numbers::white`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Score {
+    /// Structural similarity, at most 1; `None` for a picture smaller than its window.
+    pub ssim: Option<f64>,
+    /// Peak signal-to-noise ratio, dB.
+    pub psnr: f64,
+    /// Mean FLIP error, [0, 1].
+    pub flip: f64,
+    /// Relative root mean squared error of exposed linear radiance.
+    pub rel_rmse: f64,
+}
+
+/// Scores of the whole view and of the crop around the objects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Scores {
+    /// Of the whole view.
+    pub view: Score,
+    /// Of [`Numbers::crop`].
+    pub crop: Score,
+}
+
+/// One method's row.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MethodNumbers {
+    /// Its name.
+    pub method: &'static str,
+    /// The whole pipeline.
+    #[serde(flatten)]
+    pub cost: Cost,
+    /// The tracing stage alone, in milliseconds.
+    pub trace_ms: f64,
+    /// Against the truth with the objects.
+    #[serde(flatten)]
+    pub scores: Scores,
+    /// What the pipeline had to say.
+    pub warnings: Vec<String>,
+}
+
+/// What `numbers.json` holds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Numbers {
+    /// Width and height of the panorama.
+    pub panorama: [usize; 2],
+    /// Samples a pixel of the panorama.
+    pub panorama_samples: u32,
+    /// Width and height of the view.
+    pub size: [usize; 2],
+    /// Samples a pixel of the composites.
+    pub samples: u32,
+    /// Samples a pixel of the truth, which is filtered as the composites are.
+    pub truth_samples: u32,
+    /// Scattering events after the camera.
+    pub bounces: u32,
+    /// The seed.
+    pub seed: u32,
+    /// Radiance shown as white.
+    pub white: f32,
+    /// Left, top, width and height of the crop around the objects, in pixels of the view.
+    pub crop: [usize; 4],
+    /// Making the panorama.
+    pub capture: Cost,
+    /// Path-tracing the truth.
+    pub truth: Cost,
+    /// Path-tracing the truth without the objects.
+    pub truth_without: Cost,
+    /// The photograph against the truth without the objects: what resampling and the capture's noise cost. No method can
+    /// be much better.
+    pub photo: Scores,
+    /// A row a method.
+    pub methods: Vec<MethodNumbers>,
+    /// Milliseconds of the whole demo, writing not included.
+    pub total_ms: f64,
+}
+
+/// Compares the demo's pictures. `costs` are those of capture, truth and truth without objects.
+pub(super) fn measure(demo: &Demo, params: &DemoParams, costs: [Cost; 3]) -> Result<Numbers> {
+    let white = white_of(&demo.truth);
+    let crop = crop_around_objects(demo);
+    let truth = exposed(&demo.truth, white);
+    let scores = |picture: &RadianceImage, truth: &RadianceImage| -> Result<Scores> {
+        let picture = exposed(picture, white);
+        Ok(Scores { view: score(&picture, truth)?, crop: score(&cut(&picture, crop), &cut(truth, crop))? })
+    };
+    let methods = demo
+        .composites
+        .iter()
+        .map(|(method, rendered)| {
+            let stats = &rendered.stats;
+            Ok(MethodNumbers {
+                method: method.name(),
+                cost: Cost { ms: stats.total_ms, rays: stats.stages.iter().map(|s| s.rays).sum() },
+                trace_ms: stats.stages.iter().filter(|s| s.name == "trace").map(|s| s.ms).sum(),
+                scores: scores(&rendered.composite.color, &truth)?,
+                warnings: stats.warnings.clone(),
+            })
+        })
+        .collect::<Result<_>>()?;
+    Ok(Numbers {
+        panorama: demo.panorama.size().into(),
+        panorama_samples: params.panorama_samples,
+        size: params.view.into(),
+        samples: params.samples,
+        truth_samples: params.truth_samples,
+        bounces: params.bounces,
+        seed: params.seed,
+        white,
+        crop,
+        capture: costs[0],
+        truth: costs[1],
+        truth_without: costs[2],
+        photo: scores(demo.photo(), &exposed(&demo.truth_without, white))?,
+        methods,
+        total_ms: 0.0,
+    })
+}
+
+/// The radiance that [`BELOW_WHITE`] of the pixels stay below in every channel; 1 for a black picture.
+fn white_of(picture: &RadianceImage) -> f32 {
+    let mut brightest: Vec<f32> = picture.data().iter().map(|p| p.max_element()).collect();
+    let rank = ((brightest.len() - 1) as f64 * BELOW_WHITE) as usize;
+    let (_, white, _) = brightest.select_nth_unstable_by(rank, f32::total_cmp);
+    if *white > 0.0 { *white } else { 1.0 }
+}
+
+/// Linear radiance with `white` at 1.
+pub(super) fn exposed(picture: &RadianceImage, white: f32) -> RadianceImage {
+    picture.map(|p| p / white)
+}
+
+/// Display-encoded values in [0, 1].
+pub(super) fn encoded(exposed: &RadianceImage) -> Image<Vec3> {
+    exposed.map(|p| p.map(linear_to_srgb))
+}
+
+fn score(picture: &RadianceImage, truth: &RadianceImage) -> Result<Score> {
+    let (a, b) = (encoded(picture), encoded(truth));
+    Ok(Score {
+        ssim: metrics::ssim(&a, &b, None)?,
+        psnr: metrics::psnr(&a, &b, None)?,
+        flip: metrics::flip(&a, &b, None)?,
+        rel_rmse: metrics::rel_rmse(picture, truth, None)?,
+    })
+}
+
+/// The part of a picture that starts at (x, y) with width w and height h.
+fn cut(picture: &RadianceImage, [x, y, w, h]: [usize; 4]) -> RadianceImage {
+    RadianceImage::from_fn(w, h, |i, j| picture.get(x + i, y + j))
+}
+
+/// The objects' bounds in the view, widened by [`MARGIN`] and cut off at the view's edge; never empty.
+fn crop_around_objects(demo: &Demo) -> [usize; 4] {
+    let camera = &demo.camera;
+    let seen = demo.place.object_corners().filter_map(|corner| camera.pixel(corner - camera.position));
+    let bounds = seen.map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+    let Some((low, high)) = bounds else { return [0, 0, camera.width, camera.height] };
+    let margin = MARGIN * (high - low);
+    let within = |low: f32, high: f32, size: usize| {
+        let low = (low.max(0.0) as usize).min(size - 1);
+        (low, (high.ceil().max(0.0) as usize).clamp(low + 1, size) - low)
+    };
+    let (x, w) = within(low.x - margin.x, high.x + margin.x, camera.width);
+    let (y, h) = within(low.y - margin.y, high.y + margin.y, camera.height);
+    [x, y, w, h]
+}

@@ -1,0 +1,23 @@
+//! Tests.
+use super::*;
+#[test]
+fn try_capture() {
+    let var = |n: &str, d: u32| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
+    let place = Place::new().unwrap();
+    let (empty, full) = (place.without_objects(), place.with_objects());
+    let q = |s, f| Quality { samples: s, bounces: 5, stream: Stream { frame: f, seed: 0 } };
+    let t = Instant::now();
+    let p = place.panorama(var("PW", 1024) as usize);
+    let r = reference::trace(&empty, &p, &q(var("PS", 12), 1), &pano_core::progress::Silent).unwrap();
+    println!("pano {:?} rays {} cut {}", t.elapsed(), r.rays, r.cut_light);
+    let v = place.view((480, 360));
+    let t = Instant::now();
+    let tr = reference::trace(&full, &v, &q(var("TS", 32), 2), &pano_core::progress::Silent).unwrap();
+    println!("truth {:?} rays {} cut {}", t.elapsed(), tr.rays, tr.cut_light);
+    let mut photo = RadianceImage::filled(480, 360, glam::Vec3::ZERO);
+    pano_core::sphere::resample::view_from_panorama(&r.radiance, glam::Quat::IDENTITY, &v, &mut photo).unwrap();
+    let w = 1.0;
+    for (n, i) in [("pano", &r.radiance), ("truth", &tr.radiance), ("photo", &photo)] {
+        pano_core::io::write_image(format!("/tmp/t_{n}.png"), &numbers::exposed(i, w), None).unwrap();
+    }
+}
