@@ -99,7 +99,8 @@ impl<'a> Survey<'a> {
 
     fn look(&self, x: usize, y: usize) -> Pixel {
         let center = self.seen(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
-        let (mut sum, mut pixel) = (Vec3::ZERO, Pixel { pure: true, shines: center.is_some_and(|c| c.emission != Vec3::ZERO), ..Pixel::default() });
+        let (mut sum, mut pixel) =
+            (Vec3::ZERO, Pixel { pure: true, shines: center.is_some_and(|c| c.emission != Vec3::ZERO), ..Pixel::default() });
         for index in 0..RAYS {
             let seen = self.sample(x, y, index);
             sum += seen.map_or(Vec3::ONE, |s| if s.emission == Vec3::ZERO { s.albedo } else { Vec3::ONE });
