@@ -119,7 +119,7 @@ pub fn captured_with_cap(
     reflectance_cap: f32,
 ) -> CapturedWorld {
     let options = CapturedOptions { irradiance_width: 128, reflectance_cap, ..CapturedOptions::default() };
-    CapturedWorld::new(Arc::new(radiance.clone()), depth, turn, capture, &options, &Silent).expect("nobody cancels")
+    CapturedWorld::new(Arc::new(radiance.clone()), depth, turn, capture, &[], &options, &Silent).expect("nobody cancels")
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 use super::*;
 use pano_core::random::{Sampler, Stream};
 use proptest::prelude::*;
+use std::f32::consts::TAU;
 
 fn params() -> BsdfParams<'static> {
     BsdfParams {
@@ -94,7 +95,7 @@ fn reciprocity() {
     let coat = CoatTable::new(1.5);
     for (name, p) in all(&coat) {
         for u in numbers(300) {
-            let (a, b) = (direction(u[0] * 0.98 + 0.01, u[1] * 6.28), direction(u[2] * 0.98 + 0.01, u[3] * 6.28));
+            let (a, b) = (direction(u[0] * 0.98 + 0.01, u[1] * TAU), direction(u[2] * 0.98 + 0.01, u[3] * TAU));
             // Through a body, f/η² is symmetric: with b below the surface the radiances differ by the squared index.
             for (b, factor) in [(b, 1.0), (-b, p.ior * p.ior)] {
                 let forth = Bsdf::new(&p, Vec3::Z, Vec3::Z, a).eval(b).f_cos / b.z.abs();
@@ -120,7 +121,7 @@ fn samples_follow_the_pdf_chi_squared() {
             let bsdf = Bsdf::new(&p, Vec3::Z, Vec3::Z, direction(cos, 1.0));
             let (nz, np) = (16usize, 16usize);
             let bin = |d: Vec3| {
-                let phi = (d.y.atan2(d.x) / std::f32::consts::TAU).rem_euclid(1.0);
+                let phi = (d.y.atan2(d.x) / TAU).rem_euclid(1.0);
                 (((d.z * 0.5 + 0.5) * nz as f32) as usize).min(nz - 1) * np + ((phi * np as f32) as usize).min(np - 1)
             };
             let n = 100_000u32;
@@ -141,8 +142,7 @@ fn samples_follow_the_pdf_chi_squared() {
             let mut expected = vec![0f64; nz * np];
             for i in 0..m {
                 for j in 0..mp {
-                    let d =
-                        direction(2.0 * (i as f32 + 0.5) / m as f32 - 1.0, (j as f32 + 0.5) / mp as f32 * std::f32::consts::TAU);
+                    let d = direction(2.0 * (i as f32 + 0.5) / m as f32 - 1.0, (j as f32 + 0.5) / mp as f32 * TAU);
                     expected[bin(d)] += f64::from(bsdf.eval(d).pdf_solid_angle) * 4.0 * std::f64::consts::PI / (m * mp) as f64;
                 }
             }

@@ -64,7 +64,7 @@ impl Blas {
     pub fn intersect(&self, ray: &Ray) -> Option<TriangleHit> {
         let ray = to_obvhs(ray);
         let mut hit = RayHit::none();
-        if !self.bvh.ray_traverse(ray, &mut hit, |ray, id| self.triangles[id].intersect(ray)) {
+        if !self.bvh.ray_traverse(ray, &mut hit, |ray, id| intersect(&self.triangles[id], ray)) {
             return None;
         }
         let barycentric = self.triangles[hit.primitive_id as usize].compute_barycentric(&ray);
@@ -74,8 +74,22 @@ impl Blas {
     /// Whether any face lies on the ray.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        !self.bvh.ray_traverse_miss(to_obvhs(ray), |ray, id| self.triangles[id].intersect(ray))
+        !self.bvh.ray_traverse_miss(to_obvhs(ray), |ray, id| intersect(&self.triangles[id], ray))
     }
+}
+
+/// Möller & Trumbore; infinite for a miss. `obvhs`' own tests sign bits, to which −0 is outside: a ray exactly through the edge
+/// between two faces passes both.
+#[inline(always)]
+fn intersect(triangle: &RtTriangle, ray: &obvhs::ray::Ray) -> f32 {
+    let c = triangle.v0 - ray.origin;
+    let r = ray.direction.cross(c);
+    let inverse = 1.0 / triangle.ng.dot(ray.direction);
+    let (u, v) = (r.dot(triangle.e2) * inverse, r.dot(triangle.e1) * inverse);
+    let t = triangle.ng.dot(c) * inverse;
+    // Comparisons with NaN, from rays in the plane of the face, are false.
+    let hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t >= ray.tmin) & (t <= ray.tmax);
+    if hit { t } else { f32::INFINITY }
 }
 
 /// As `obvhs` wants its rays. Its traversal expects finite boxes and directions; an infinite end is allowed.

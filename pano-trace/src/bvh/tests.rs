@@ -14,7 +14,8 @@ fn soup(max: usize) -> impl Strategy<Value = Soup> {
 }
 
 fn unit() -> impl Strategy<Value = Vec3> {
-    (-1.0f32..1.0, 0.0f32..6.28).prop_map(|(y, l)| Vec3::new((1.0 - y * y).sqrt() * l.sin(), y, (1.0 - y * y).sqrt() * l.cos()))
+    (-1.0f32..1.0, 0.0f32..std::f32::consts::TAU)
+        .prop_map(|(y, l)| Vec3::new((1.0 - y * y).sqrt() * l.sin(), y, (1.0 - y * y).sqrt() * l.cos()))
 }
 
 /// Möller–Trumbore in f64 over every face.
@@ -108,5 +109,24 @@ fn the_nearest_of_two_instances_wins_whatever_their_order() {
         let tlas = Tlas::build(order.map(|z| (blas.clone(), Affine3A::from_translation(Vec3::Z * z))));
         let hit = tlas.intersect(&Ray::new(Vec3::ZERO, Vec3::NEG_Z)).unwrap();
         assert_eq!((hit.instance, hit.hit.t), (near, 2.0));
+    }
+}
+
+/// Exactly through an edge or a corner, from both sides: no ray falls between two faces.
+#[test]
+fn rays_through_edges_meet_a_face() {
+    let corners = [Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 0.0, -1.0), Vec3::new(1.0, 0.0, 1.0), Vec3::new(-1.0, 0.0, 1.0)];
+    let points = [&corners[..], &[Vec3::ZERO]].concat();
+    for faces in [&[[0, 1, 2], [0, 2, 3]][..], &[[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]] {
+        let blas = Blas::build(&points, faces);
+        for side in [1.0, -1.0] {
+            for at in [Vec3::ZERO, Vec3::new(0.5, 0.0, 0.5), Vec3::new(-0.25, 0.0, -0.25)] {
+                for slope in [Vec3::ZERO, Vec3::new(0.5, 0.0, 0.5), Vec3::X] {
+                    let origin = at + (Vec3::Y * side - slope) * 2.0;
+                    let ray = Ray::new(origin, (at - origin).normalize());
+                    assert!(blas.intersect(&ray).is_some() && blas.occluded(&ray), "{faces:?} {ray:?}");
+                }
+            }
+        }
     }
 }

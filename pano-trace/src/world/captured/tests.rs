@@ -19,11 +19,11 @@ fn world(
     let (w, h) = (width, width / 2);
     let radiance = RadianceImage::from_fn(w, h, |x, y| radiance(texel_direction(w, h, x, y)));
     let depth = Image::from_fn(w, h, |x, y| distance(texel_direction(w, h, x, y)));
-    CapturedWorld::new(Arc::new(radiance), &depth, place.0, place.1, options, &Silent).unwrap()
+    CapturedWorld::new(Arc::new(radiance), &depth, place.0, place.1, &[], options, &Silent).unwrap()
 }
 
 fn coarse() -> CapturedOptions {
-    CapturedOptions { irradiance_width: 64, ..CapturedOptions::default() }
+    CapturedOptions { irradiance_width: 256, ..CapturedOptions::default() }
 }
 
 fn here() -> (Quat, Vec3) {
@@ -59,7 +59,7 @@ fn irradiance_in_a_sphere_of_constant_radiance_is_pi_times_it() {
             let b = -offset.dot(d);
             -b + (b * b - offset.length_squared() + 4.0).sqrt()
         };
-        let world = world(128, distance, |_| radiance, here(), &coarse());
+        let world = world(128, distance, |_| radiance, here(), &CapturedOptions { irradiance_samples: 128, ..coarse() });
         let mut random = StdRng::seed_from_u64(1);
         for _ in 0..200 {
             let hit = world.hit(&Ray::new(here().1, direction(&mut random))).unwrap();
