@@ -66,7 +66,7 @@ fn table(numbers: &Numbers) -> String {
         line([name, &time, &rays, &a, &b, &c, &d, &e, &f, &g, &h]);
     };
     for m in &numbers.methods {
-        row(m.method, m.cost.ms, m.cost.rays, &m.scores.crop, &m.scores.view);
+        row(m.method, m.ms, m.rays, &m.scores.crop, &m.scores.view);
     }
     // The photo of the empty room against its truth: what no method can be better than.
     row("(photo)", numbers.capture.ms, numbers.capture.rays, &numbers.photo.crop, &numbers.photo.view);

@@ -19,7 +19,7 @@ mod survey;
 mod text;
 
 pub use files::Folder;
-pub use numbers::{Cost, MethodNumbers, Numbers, Score, Scores};
+pub use numbers::{MethodNumbers, Numbers, ReferenceCost, Score, Scores};
 
 use crate::pipeline::{self, Clock, Error, Inputs, RenderOptions, Rendered, Result};
 use pano_core::{
@@ -38,6 +38,10 @@ use std::time::Instant;
 
 /// The methods the demo compares, in this order.
 pub const METHODS: [Method; 4] = [Method::Dpt, Method::Onepass, Method::Twopass, Method::Ibl];
+
+/// Pixels between the taps of the widest filter: the capture has few samples and smooth light, the truth is to be trusted.
+const CAPTURE_FILTER: usize = 8;
+const TRUTH_FILTER: usize = 4;
 
 /// Sizes and samples of a demo. Time is proportional to pixels × samples of each picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,12 +65,12 @@ pub struct DemoParams {
 impl DemoParams {
     /// About a minute on two cores.
     pub const fn full() -> Self {
-        Self { panorama_width: 2048, panorama_samples: 16, view: (480, 360), samples: 32, truth_samples: 64, bounces: 5, seed: 0 }
+        Self { panorama_width: 2048, panorama_samples: 4, view: (480, 360), samples: 32, truth_samples: 48, bounces: 5, seed: 0 }
     }
 
     /// About ten seconds on two cores: coarser and noisier.
     pub const fn quick() -> Self {
-        Self { panorama_width: 1024, panorama_samples: 12, view: (240, 180), samples: 24, truth_samples: 32, bounces: 4, seed: 0 }
+        Self { panorama_width: 1024, panorama_samples: 4, view: (240, 180), samples: 16, truth_samples: 24, bounces: 5, seed: 0 }
     }
 
     fn validate(&self) -> Result<()> {
@@ -123,16 +127,16 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     let begin = Instant::now();
     let place = Place::new()?;
     let stream = |frame: u32| Stream { frame, seed: params.seed };
-    let quality = |samples: u32, stream: Stream| Quality { samples, bounces: params.bounces, stream };
+    let quality = |samples: u32, coarsest: usize, stream: Stream| Quality { samples, bounces: params.bounces, coarsest, stream };
     let trace = |name: &str, objects: &Objects, camera: &Camera, quality: &Quality| {
         let clock = Instant::now();
         let traced = reference::trace(objects, camera, quality, &Step { progress, name })?;
-        Ok::<_, Error>((traced.radiance, Cost { ms: clock.elapsed().as_secs_f64() * 1e3, rays: traced.rays }))
+        Ok::<_, Error>((traced.radiance, ReferenceCost { ms: clock.elapsed().as_secs_f64() * 1e3, rays: traced.rays, cut_light: traced.cut_light }))
     };
 
     let (empty, full) = (place.without_objects(), place.with_objects());
     let panorama = place.panorama(params.panorama_width);
-    let (radiance, capture_cost) = trace("capture", &empty, &panorama, &quality(params.panorama_samples, stream(1)))?;
+    let (radiance, capture_cost) = trace("capture", &empty, &panorama, &quality(params.panorama_samples, CAPTURE_FILTER, stream(1)))?;
     let depth = reference::depth(&empty, &panorama, |triangle| place.is_window(triangle));
     let inputs = Inputs {
         photo: Arc::new(radiance),
@@ -148,17 +152,22 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     let mut scene = Scene::parse(&scene_text, SCENE_FILE)?;
     let objects = pipeline::prepare_objects(&scene, &inputs, 0);
     let options = RenderOptions { seed: params.seed, ..RenderOptions::default() };
+    let clock = Instant::now();
+    let mut warnings = Vec::new();
+    let step = Step { progress, name: "world" };
+    let world = pipeline::build_world(&scene, &inputs, &objects, &options.settings, &mut warnings, &step)?;
+    let world_ms = clock.elapsed().as_secs_f64() * 1e3;
     let mut composites = Vec::new();
     for method in METHODS {
         scene.render.method = method;
         let step = Step { progress, name: method.name() };
-        composites.push((method, pipeline::render_inputs(&scene, &inputs, &objects, &options, Clock::new(), &step)?));
+        composites.push((method, pipeline::render_in_world(&scene, &inputs, &objects, &world, &options, Clock::new(), &step)?));
     }
 
     // Independent of the capture's and the composites' random numbers.
     let camera = place.view(params.view);
-    let (truth, truth_cost) = trace("truth", &full, &camera, &quality(params.truth_samples, stream(2)))?;
-    let (truth_without, without_cost) = trace("empty truth", &empty, &camera, &quality(params.truth_samples, stream(3)))?;
+    let (truth, truth_cost) = trace("truth", &full, &camera, &quality(params.truth_samples, TRUTH_FILTER, stream(2)))?;
+    let (truth_without, without_cost) = trace("empty truth", &empty, &camera, &quality(params.truth_samples, TRUTH_FILTER, stream(3)))?;
 
     let mut demo = Demo {
         panorama: inputs.photo,
@@ -171,8 +180,10 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
         place,
         scene_text,
     };
-    let costs = [capture_cost, truth_cost, without_cost];
-    demo.numbers = numbers::measure(&demo, params, costs)?;
+    demo.numbers = numbers::measure(&demo, params)?;
+    let numbers = &mut demo.numbers;
+    (numbers.capture, numbers.truth, numbers.truth_without) = (capture_cost, truth_cost, without_cost);
+    (numbers.world_ms, numbers.warnings) = (world_ms, warnings);
     demo.numbers.total_ms = begin.elapsed().as_secs_f64() * 1e3;
     Ok(demo)
 }

@@ -15,13 +15,15 @@ const BELOW_WHITE: f64 = 0.985;
 /// How much the crop reaches beyond the objects' bounds on each side, as a share of their extent: room for shadows.
 const MARGIN: f32 = 0.3;
 
-/// Time and rays.
+/// What a path-traced picture cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Cost {
-    /// Milliseconds of wall time.
+pub struct ReferenceCost {
+    /// Milliseconds of wall time, filter included.
     pub ms: f64,
     /// Rays traced, shadow rays included.
     pub rays: u64,
+    /// Share of the light that the filter cut off as outliers.
+    pub cut_light: f64,
 }
 
 /// How far a picture is from the truth. SSIM, PSNR and FLIP are of display-encoded values, exposed by [`Numbers::white`].
@@ -51,11 +53,12 @@ pub struct Scores {
 pub struct MethodNumbers {
     /// Its name.
     pub method: &'static str,
-    /// The whole pipeline.
-    #[serde(flatten)]
-    pub cost: Cost,
-    /// The tracing stage alone, in milliseconds.
+    /// Milliseconds of wall time from the prepared world to the composite.
+    pub ms: f64,
+    /// The tracing stage's part of it.
     pub trace_ms: f64,
+    /// Rays traced.
+    pub rays: u64,
     /// Against the truth with the objects.
     #[serde(flatten)]
     pub scores: Scores,
@@ -85,22 +88,26 @@ pub struct Numbers {
     /// Left, top, width and height of the crop around the objects, in pixels of the view.
     pub crop: [usize; 4],
     /// Making the panorama.
-    pub capture: Cost,
+    pub capture: ReferenceCost,
     /// Path-tracing the truth.
-    pub truth: Cost,
+    pub truth: ReferenceCost,
     /// Path-tracing the truth without the objects.
-    pub truth_without: Cost,
+    pub truth_without: ReferenceCost,
+    /// Milliseconds for preparing the captured world, which the methods share.
+    pub world_ms: f64,
     /// The photograph against the truth without the objects: what resampling and the capture's noise cost. No method can
     /// be much better.
     pub photo: Scores,
     /// A row a method.
     pub methods: Vec<MethodNumbers>,
+    /// What preparing had to say.
+    pub warnings: Vec<String>,
     /// Milliseconds of the whole demo, writing not included.
     pub total_ms: f64,
 }
 
-/// Compares the demo's pictures. `costs` are those of capture, truth and truth without objects.
-pub(super) fn measure(demo: &Demo, params: &DemoParams, costs: [Cost; 3]) -> Result<Numbers> {
+/// Compares the demo's pictures; times of what came before are left at 0.
+pub(super) fn measure(demo: &Demo, params: &DemoParams) -> Result<Numbers> {
     let white = white_of(&demo.truth);
     let crop = crop_around_objects(demo);
     let truth = exposed(&demo.truth, white);
@@ -115,8 +122,9 @@ pub(super) fn measure(demo: &Demo, params: &DemoParams, costs: [Cost; 3]) -> Res
             let stats = &rendered.stats;
             Ok(MethodNumbers {
                 method: method.name(),
-                cost: Cost { ms: stats.total_ms, rays: stats.stages.iter().map(|s| s.rays).sum() },
+                ms: stats.total_ms,
                 trace_ms: stats.stages.iter().filter(|s| s.name == "trace").map(|s| s.ms).sum(),
+                rays: stats.stages.iter().map(|s| s.rays).sum(),
                 scores: scores(&rendered.composite.color, &truth)?,
                 warnings: stats.warnings.clone(),
             })
@@ -132,12 +140,9 @@ pub(super) fn measure(demo: &Demo, params: &DemoParams, costs: [Cost; 3]) -> Res
         seed: params.seed,
         white,
         crop,
-        capture: costs[0],
-        truth: costs[1],
-        truth_without: costs[2],
         photo: scores(demo.photo(), &exposed(&demo.truth_without, white))?,
         methods,
-        total_ms: 0.0,
+        ..Numbers::default()
     })
 }
 

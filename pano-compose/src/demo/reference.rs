@@ -34,6 +34,8 @@ pub(super) struct Quality {
     pub(super) samples: u32,
     /// Scattering events after the camera.
     pub(super) bounces: u32,
+    /// Pixels between the taps of the widest filter, a power of two.
+    pub(super) coarsest: usize,
     /// Which random numbers.
     pub(super) stream: Stream,
 }
@@ -51,7 +53,7 @@ pub(super) fn trace(everything: &Objects, camera: &Camera, quality: &Quality, pr
 
     let survey = Survey::new(everything, camera, quality);
     survey.remove_texture(&mut layers.object);
-    let cut_light = smooth(&mut layers, &survey.worth(), camera.projection == Projection::Panorama)?;
+    let cut_light = smooth(&mut layers, &survey, camera.projection == Projection::Panorama, quality.coarsest)?;
     Ok(Reference { radiance: survey.add_texture(&layers), rays: traced.rays, cut_light })
 }
 

@@ -71,7 +71,7 @@ impl Demo {
 }
 
 fn method_note(row: &MethodNumbers) -> String {
-    format!("{}  {}", seconds(row.cost.ms), score_note(&row.scores.crop))
+    format!("{}  {}", seconds(row.ms), score_note(&row.scores.crop))
 }
 
 fn score_note(score: &Score) -> String {

@@ -1,21 +1,21 @@
 //! The filter of path-traced pictures: outliers are cut, then the cross-bilateral filter runs on ever wider lattices.
 
-use super::survey::neighbour;
+use super::survey::{Survey, neighbour};
 use crate::pipeline::Result;
 use glam::Vec3;
 use pano_core::{color::luminance, image::Image, image::RadianceImage, layers::TracedLayers};
 use pano_denoise::cross_bilateral::{self, Guides, Params};
 
-/// Distances between taps, in pixels: each pass filters every lattice of pixels that far apart by itself, so that the
-/// last one removes noise eight times as coarse as the first.
-const STEPS: [usize; 5] = [1, 2, 4, 8, 1];
 /// A pixel may be this much brighter than the third brightest of its 24 neighbours on the same surface. At a dozen samples
 /// a path that finds a lamp by chance stands out more, and texture is divided out before.
 const OUTLIER: f32 = 2.0;
 
-/// Smooths `layers.object`, guided by the other layers and by how much each pixel is worth to the others, in (0, 1]. Returns
-/// the share of light that cutting outliers took away.
-pub(super) fn smooth(layers: &mut TracedLayers, worth: &Image<f32>, wrap: bool) -> Result<f64> {
+/// Smooths `layers.object`, guided by the other layers. Returns the share of light that cutting outliers took away.
+///
+/// After the first pass, each pass filters every lattice of pixels `step` apart by itself and so removes noise `step` times
+/// as coarse, with `step` doubling up to `coarsest`; the last pass evens out what differs between lattices.
+pub(super) fn smooth(layers: &mut TracedLayers, survey: &Survey<'_>, wrap: bool, coarsest: usize) -> Result<f64> {
+    let (worth, matte_worth) = (survey.worth(), survey.matte_worth());
     let before = total(&layers.object);
     layers.object = without_outliers(layers, wrap);
     let after = total(&layers.object);
@@ -25,11 +25,13 @@ pub(super) fn smooth(layers: &mut TracedLayers, worth: &Image<f32>, wrap: bool) 
     weigh(layers, |p, w| p * w);
     // Texture is divided out; what is left differs between materials only by gloss.
     let params = Params { wrap, sigma_albedo: 0.5, ..Params::default() };
-    for step in STEPS {
+    let doubling = std::iter::successors(Some(1), |step| Some(2 * step)).take_while(|step| *step <= coarsest);
+    for (pass, step) in doubling.chain([1]).enumerate() {
+        let share = if pass == 0 { &worth } else { &matte_worth };
         for offset in 0..step * step {
             let at = Lattice { step, left: offset % step, top: offset / step };
             let Some(mut light) = at.part(&layers.object) else { continue };
-            let [Some(share), Some(depth)] = [worth, &layers.depth].map(|image| at.part(image)) else { continue };
+            let [Some(share), Some(depth)] = [share, &layers.depth].map(|image| at.part(image)) else { continue };
             let [Some(normal), Some(albedo)] = [&layers.normal, &layers.albedo].map(|image| at.part(image)) else { continue };
             let guides = Guides { depth: &depth, normal: &normal, albedo: &albedo };
             cross_bilateral::filter_layer(&params, &guides, &share, &mut light)?;

@@ -12,6 +12,7 @@ use pano_core::{
 };
 use pano_trace::bvh::Ray;
 use pano_trace::objects::Objects;
+use std::f32::consts::PI;
 
 /// Primary rays a pixel.
 const RAYS: u32 = 8;
@@ -23,7 +24,10 @@ const SAME_NORMAL: f32 = 0.94;
 const SAME_PLANE: f32 = 0.004;
 
 /// What the light of a pixel on an edge counts for its neighbours, of which those within a surface count 1.
-const MIXTURE_WORTH: f32 = 1e-3;
+const MIXTURE_WORTH: f32 = 1e-4;
+
+/// A matte surface sends no more light into any direction than this many times what white paint does.
+const MATTE_PEAK: f32 = 2.0;
 
 /// A point that a primary ray shows.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +37,8 @@ struct Seen {
     distance: f32,
     albedo: Vec3,
     emission: Vec3,
+    /// Light is reflected evenly enough for a wide filter.
+    matte: bool,
 }
 
 impl Seen {
@@ -64,6 +70,8 @@ struct Pixel {
     pure: bool,
     /// The centre shows something that shines.
     shines: bool,
+    /// The centre shows something matte.
+    matte: bool,
 }
 
 impl Pixel {
@@ -99,8 +107,18 @@ impl<'a> Survey<'a> {
 
     fn look(&self, x: usize, y: usize) -> Pixel {
         let center = self.seen(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+<<<<<<< HEAD
         let (mut sum, mut pixel) =
             (Vec3::ZERO, Pixel { pure: true, shines: center.is_some_and(|c| c.emission != Vec3::ZERO), ..Pixel::default() });
+=======
+        let mut sum = Vec3::ZERO;
+        let mut pixel = Pixel {
+            pure: true,
+            shines: center.is_some_and(|c| c.emission != Vec3::ZERO),
+            matte: center.is_some_and(|c| c.matte),
+            ..Pixel::default()
+        };
+>>>>>>> h1
         for index in 0..RAYS {
             let seen = self.sample(x, y, index);
             sum += seen.map_or(Vec3::ONE, |s| if s.emission == Vec3::ZERO { s.albedo } else { Vec3::ONE });
@@ -129,7 +147,11 @@ impl<'a> Survey<'a> {
         let hit = self.everything.intersect(&ray)?;
         let s = self.everything.surface(&ray, &hit);
         let (normal, distance) = (s.bsdf.normal(), hit.hit.t);
-        Some(Seen { position: s.position, normal, distance, albedo: s.albedo, emission: s.emission })
+        // The highest point of the lobe against that of a white matte surface.
+        let mirrored = ray.direction - 2.0 * ray.direction.dot(normal) * normal;
+        let peak = s.bsdf.eval(mirrored).f_cos.max_element() * PI;
+        let matte = !s.bsdf.is_specular() && peak < MATTE_PEAK * mirrored.dot(normal);
+        Some(Seen { position: s.position, normal, distance, albedo: s.albedo, emission: s.emission, matte })
     }
 
     /// Radiance to light: divides by the albedo.
@@ -141,6 +163,11 @@ impl<'a> Survey<'a> {
     /// mixture.
     pub(super) fn worth(&self) -> Image<f32> {
         self.pixels.map(|p| p.worth())
+    }
+
+    /// The same for filters wider than a mirror image's detail: nothing where a surface is glossy.
+    pub(super) fn matte_worth(&self) -> Image<f32> {
+        self.pixels.map(|p| if p.matte { p.worth() } else { 0.0 })
     }
 
     /// Light to radiance: multiplies by the albedo; on edges each ray takes the light of the pixels around that lie within
@@ -182,7 +209,7 @@ impl<'a> Survey<'a> {
             }
             let direction = self.camera.direction(Vec2::new(nx as f32 + 0.5, ny as f32 + 0.5));
             let (position, normal) = (self.camera.position + direction * depth, layers.normal.get(nx, ny));
-            let seen = Seen { position, normal, distance: depth, albedo: Vec3::ZERO, emission: Vec3::ZERO };
+            let seen = Seen { position, normal, distance: depth, albedo: Vec3::ZERO, emission: Vec3::ZERO, matte: true };
             Some(Neighbour { seen, light: layers.object.get(nx, ny), worth: pixel.worth() })
         })
     }

@@ -5,7 +5,7 @@ fn try_capture() {
     let var = |n: &str, d: u32| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
     let place = Place::new().unwrap();
     let (empty, full) = (place.without_objects(), place.with_objects());
-    let q = |s, f| Quality { samples: s, bounces: 5, stream: Stream { frame: f, seed: 0 } };
+    let q = |s, f| Quality { samples: s, coarsest: if f == 1 { 8 } else { 2 }, bounces: 5, stream: Stream { frame: f, seed: 0 } };
     let t = Instant::now();
     let p = place.panorama(var("PW", 1024) as usize);
     let r = reference::trace(&empty, &p, &q(var("PS", 12), 1), &pano_core::progress::Silent).unwrap();

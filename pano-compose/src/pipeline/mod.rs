@@ -26,6 +26,7 @@ use pano_core::{
     scene::Scene, sphere,
 };
 use pano_denoise::cross_bilateral;
+use pano_trace::objects::Objects;
 use pano_trace::tracer::{self, TraceParams, Traced};
 pub(crate) use stats::Clock;
 
@@ -97,23 +98,41 @@ pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -
 }
 
 /// [`render`] with everything already in memory.
-pub(crate) fn render_inputs(
+fn render_inputs(
     scene: &Scene,
     inputs: &Inputs,
-    objects: &pano_trace::objects::Objects,
+    objects: &Objects,
     options: &RenderOptions,
     mut clock: Clock,
     progress: &dyn Progress,
 ) -> Result<Rendered> {
     let mut warnings = inputs.warnings.clone();
+    // A method that does not exist is refused before the work.
+    resolve_method(scene, inputs, &mut Vec::new())?;
+    let world = build_world(scene, inputs, objects, &options.settings, &mut warnings, progress)?;
+    clock.stage("world", 0, 0);
+    let mut rendered = render_in_world(scene, inputs, objects, &world, options, clock, progress)?;
+    warnings.append(&mut rendered.stats.warnings);
+    rendered.stats.warnings = warnings;
+    Ok(rendered)
+}
+
+/// [`render`] with the world already built: for more than one picture of it.
+pub(crate) fn render_in_world(
+    scene: &Scene,
+    inputs: &Inputs,
+    objects: &Objects,
+    world: &World,
+    options: &RenderOptions,
+    mut clock: Clock,
+    progress: &dyn Progress,
+) -> Result<Rendered> {
+    let mut warnings = Vec::new();
     let method = resolve_method(scene, inputs, &mut warnings)?;
     let camera = scene.camera(inputs.photo.size());
     let pixels = (camera.width * camera.height) as u64;
     let plan = EffectPlan::for_scene(&inputs.facts(scene, method));
-
-    let world = build_world(scene, inputs, objects, &options.settings, &mut warnings, progress)?;
-    clock.stage("world", 0, 0);
-    let (photo, lighting) = view_of_photo(scene, inputs, &world, &camera)?;
+    let (photo, lighting) = view_of_photo(scene, inputs, world, &camera)?;
     clock.stage("view", pixels, 0);
 
     let params = TraceParams {
@@ -128,7 +147,7 @@ pub(crate) fn render_inputs(
     let Traced { mut layers, rays, discarded } = if objects.is_empty() {
         Traced { layers: TracedLayers::empty(camera.width, camera.height), rays: 0, discarded: 0 }
     } else {
-        let traced = match &world {
+        let traced = match world {
             World::Proxies(world) => tracer::render(&frame, world, &params, progress),
             World::Captured(world) => tracer::render(&frame, world.as_ref(), &params, progress),
         };
