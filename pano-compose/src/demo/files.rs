@@ -1,8 +1,8 @@
 //! The demo's files.
 
+use super::Demo;
 use super::numbers::exposed;
 use super::place::{COLOR_FILE, DEPTH_FILE, SCENE_FILE};
-use super::Demo;
 use crate::pipeline::{Error, Result};
 use pano_core::{image::RadianceImage, io, mesh::Mesh};
 use std::fs;
@@ -25,7 +25,9 @@ impl Folder {
     pub fn create(path: impl Into<PathBuf>) -> Result<Self> {
         let path: PathBuf = path.into();
         if path.exists() && !path.is_dir() {
-            return Err(pano_core::Error::file(&path, "is a file, and a folder is needed", "name a folder, or one to create").into());
+            return Err(
+                pano_core::Error::file(&path, "is a file, and a folder is needed", "name a folder, or one to create").into()
+            );
         }
         let missing = path.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists());
         let folder = Self { created: missing.map(Path::to_owned).collect(), path };
