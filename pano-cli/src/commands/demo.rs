@@ -70,6 +70,12 @@ fn table(numbers: &Numbers) -> String {
     }
     // The photo of the empty room against its truth: what no method can be better than.
     row("(photo)", numbers.capture.ms, numbers.capture.rays, &numbers.photo.crop, &numbers.photo.view);
-    let _ = writeln!(text, "truth: {:.1} s, {:.1} Mrays; all: {:.1} s", numbers.truth.ms / 1e3, numbers.truth.rays as f64 / 1e6, numbers.total_ms / 1e3);
+    let _ = writeln!(
+        text,
+        "truth: {:.1} s, {:.1} Mrays; all: {:.1} s",
+        numbers.truth.ms / 1e3,
+        numbers.truth.rays as f64 / 1e6,
+        numbers.total_ms / 1e3
+    );
     text
 }

@@ -15,6 +15,7 @@ mod place;
 mod reference;
 mod sheet;
 mod smooth;
+mod survey;
 mod text;
 
 pub use files::Folder;

@@ -1,35 +1,42 @@
 //! The filter of path-traced pictures: outliers are cut, then the cross-bilateral filter runs on ever wider lattices.
 
+use super::survey::neighbour;
 use crate::pipeline::Result;
 use glam::Vec3;
-use pano_core::{color::luminance, image::Image, image::RadianceImage, layers::TracedLayers, sphere};
+use pano_core::{color::luminance, image::Image, image::RadianceImage, layers::TracedLayers};
 use pano_denoise::cross_bilateral::{self, Guides, Params};
 
 /// Distances between taps, in pixels: each pass filters every lattice of pixels that far apart by itself, so that the
 /// last one removes noise eight times as coarse as the first.
-const STEPS: [usize; 4] = [1, 2, 4, 8];
+const STEPS: [usize; 5] = [1, 2, 4, 8, 1];
 /// A pixel may be this much brighter than the third brightest of its 24 neighbours on the same surface. At a dozen samples
 /// a path that finds a lamp by chance stands out more, and texture is divided out before.
 const OUTLIER: f32 = 2.0;
 
-/// Smooths `layers.object` by the other layers. Returns the share of light that cutting outliers took away.
-pub(super) fn smooth(layers: &mut TracedLayers, wrap: bool) -> Result<f64> {
+/// Smooths `layers.object`, guided by the other layers and by how much each pixel is worth to the others, in (0, 1]. Returns
+/// the share of light that cutting outliers took away.
+pub(super) fn smooth(layers: &mut TracedLayers, worth: &Image<f32>, wrap: bool) -> Result<f64> {
     let before = total(&layers.object);
     layers.object = without_outliers(layers, wrap);
     let after = total(&layers.object);
+    let weigh = |layers: &mut TracedLayers, f: fn(Vec3, f32) -> Vec3| {
+        layers.object.data_mut().iter_mut().zip(worth.data()).for_each(|(p, w)| *p = f(*p, *w));
+    };
+    weigh(layers, |p, w| p * w);
     // Texture is divided out; what is left differs between materials only by gloss.
     let params = Params { wrap, sigma_albedo: 0.5, ..Params::default() };
     for step in STEPS {
         for offset in 0..step * step {
             let at = Lattice { step, left: offset % step, top: offset / step };
             let Some(mut light) = at.part(&layers.object) else { continue };
-            let [Some(share), Some(depth)] = [&layers.coverage, &layers.depth].map(|image| at.part(image)) else { continue };
+            let [Some(share), Some(depth)] = [worth, &layers.depth].map(|image| at.part(image)) else { continue };
             let [Some(normal), Some(albedo)] = [&layers.normal, &layers.albedo].map(|image| at.part(image)) else { continue };
             let guides = Guides { depth: &depth, normal: &normal, albedo: &albedo };
             cross_bilateral::filter_layer(&params, &guides, &share, &mut light)?;
             at.put_back(&light, &mut layers.object);
         }
     }
+    weigh(layers, |p, w| p / w);
     Ok(if before > 0.0 { (before - after) / before } else { 0.0 })
 }
 
@@ -72,11 +79,7 @@ fn without_outliers(layers: &TracedLayers, wrap: bool) -> RadianceImage {
         let mut brightest = [[0.0f32; 3]; 2];
         for k in (0..25isize).filter(|k| *k != 12) {
             let (nx, ny) = (x as isize + k % 5 - 2, y as isize + k / 5 - 2);
-            let (nx, ny) = match (usize::try_from(nx), usize::try_from(ny)) {
-                _ if wrap => sphere::wrap_texel(w, h, nx, ny),
-                (Ok(nx), Ok(ny)) if nx < w && ny < h => (nx, ny),
-                _ => continue,
-            };
+            let Some((nx, ny)) = neighbour(nx, ny, (w, h), wrap) else { continue };
             // Rough on purpose: curved and slanted surfaces count as one.
             let same = layers.normal.get(nx, ny).dot(normal) > 0.8 && (layers.depth.get(nx, ny) / depth - 1.0).abs() < 0.1;
             let value = luminance(layers.object.get(nx, ny));

@@ -16,7 +16,7 @@ fn try_capture() {
     println!("truth {:?} rays {} cut {}", t.elapsed(), tr.rays, tr.cut_light);
     let mut photo = RadianceImage::filled(480, 360, glam::Vec3::ZERO);
     pano_core::sphere::resample::view_from_panorama(&r.radiance, glam::Quat::IDENTITY, &v, &mut photo).unwrap();
-    let w = 1.0;
+    let w = 0.945;
     for (n, i) in [("pano", &r.radiance), ("truth", &tr.radiance), ("photo", &photo)] {
         pano_core::io::write_image(format!("/tmp/t_{n}.png"), &numbers::exposed(i, w), None).unwrap();
     }

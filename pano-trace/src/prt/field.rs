@@ -15,11 +15,15 @@ pub struct FieldOptions {
     pub gap_contrast: f32,
     /// …and this relative change of depth (0.01: what sensors resolve). Higher closes more gaps.
     pub gap_relative: f32,
+    /// How deep a side is assumed to join a front layer to the one behind it at a gap, as a share of the front layer's
+    /// distance; 0: a ray passes between any two layers. Things have sides that the panorama has not seen, and behind them
+    /// it is darker than what lies far behind; but a deep side walls up what is open below a table.
+    pub gap_thickness: f32,
 }
 
 impl Default for FieldOptions {
     fn default() -> Self {
-        Self { resolution: 0, gap_contrast: 3.0, gap_relative: 0.01 }
+        Self { resolution: 0, gap_contrast: 3.0, gap_relative: 0.01, gap_thickness: 1.0 }
     }
 }
 
@@ -50,6 +54,7 @@ pub(super) struct Face {
 pub struct DepthField {
     pub(super) n: usize,
     pub(super) faces: Vec<Face>,
+    pub(super) thickness: f32,
 }
 
 /// Axes of the six faces: forward, right (image x) and down (image y).
@@ -86,7 +91,7 @@ impl DepthField {
         };
         let samples: Vec<Vec<f32>> = (0..6).map(|face| sample_face(depth, face, n)).collect();
         let faces = samples.into_iter().map(|inverse| Face::new(inverse, n, options)).collect();
-        Self { n, faces }
+        Self { n, faces, thickness: options.gap_thickness }
     }
 
     /// Whether direction `d` points into a cell at a gap or next to one.

@@ -4,7 +4,7 @@ use super::{DepthField, FieldHit};
 use glam::Vec3;
 
 /// As [`DepthField::march`], by `steps` steps equal in the angle the capture point sees, each crossing refined by
-/// bisection. Misses what is thinner than a step.
+/// bisection. Misses what is thinner than a step, and knows no sides at gaps.
 pub fn march_linear(field: &DepthField, origin: Vec3, direction: Vec3, t_max: f32, steps: usize) -> Option<FieldHit> {
     // t(φ) with φ the angle about the capture point, from the foot of the perpendicular.
     let foot = -origin.dot(direction);
@@ -35,7 +35,7 @@ pub fn march_linear(field: &DepthField, origin: Vec3, direction: Vec3, t_max: f3
                 let (_, plane) = field.look(p.normalize());
                 let toward = -plane.try_normalize()?;
                 let back = toward.dot(direction) > 0.0;
-                return Some(FieldHit { t, normal: if back { -toward } else { toward }, back, at_gap: false });
+                return Some(FieldHit { t, normal: if back { -toward } else { toward }, back, at_gap: false, hidden_side: None });
             }
         }
         (t0, g0) = (t1, g1);

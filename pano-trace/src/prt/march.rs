@@ -14,6 +14,9 @@ pub struct FieldHit {
     pub back: bool,
     /// The surface was met at a gap, on the half cell of its last sample.
     pub at_gap: bool,
+    /// The ray met the hidden side between a front layer and the one behind it, which nothing has seen: the direction of the
+    /// front layer's last sample, whose colour is the best guess.
+    pub hidden_side: Option<Vec3>,
 }
 
 /// Points nearer to the capture point than this have no direction worth the name; metres.
@@ -166,10 +169,10 @@ impl DepthField {
     fn cross_cell(&self, face: &Face, ray: &Stretch, (x, y): (usize, usize), s: (f32, f32), direction: Vec3) -> Option<FieldHit> {
         let n = self.n;
         let at_gap = face.gap[y * n + x];
-        let root = if at_gap {
-            cross_quarters(&|i, j| face.quarter(n, i, j), ray, (x, y), s)?
+        let (root, side) = if at_gap {
+            cross_quarters(&|i, j| face.quarter(n, i, j), ray, (x, y), s, self.thickness)?
         } else {
-            cross_bilinear(face.corners(n, x, y), ray, (x, y), s)?
+            (cross_bilinear(face.corners(n, x, y), ray, (x, y), s)?, None)
         };
         let w = ray.inverse + ray.inverse_along * root;
         let t = (ray.weighted_t + ray.weighted_t_along * root) / w;
@@ -179,9 +182,14 @@ impl DepthField {
         let at = (ray.from + ray.along * root) * (2.0 / n as f32) - 1.0;
         let (_, plane) = face.patch(n, at);
         let [forward, right, down] = AXES[ray.face];
+        if let Some((i, j)) = side {
+            let sample = Vec2::new(i as f32, j as f32) * (2.0 / n as f32) - 1.0;
+            let front = (forward + right * sample.x + down * sample.y).normalize();
+            return Some(FieldHit { t, normal: -direction, back: false, at_gap, hidden_side: Some(front) });
+        }
         let toward = -(right * plane.x + down * plane.y + forward * plane.z).try_normalize()?;
         let back = toward.dot(direction) > 0.0;
-        Some(FieldHit { t, normal: if back { -toward } else { toward }, back, at_gap })
+        Some(FieldHit { t, normal: if back { -toward } else { toward }, back, at_gap, hidden_side: None })
     }
 }
 
@@ -208,13 +216,15 @@ fn cross_bilinear([a, b, c, d]: [f32; 4], ray: &Stretch, (x, y): (usize, usize),
     Some(if root.is_finite() { root } else { lo })
 }
 
-/// At a gap each corner keeps a quarter of the cell, in its own plane.
+/// At a gap each corner keeps a quarter of the cell, in its own plane. Where two quarters meet, a side joins the nearer one to
+/// what is behind it, as deep as `thickness` times the nearer distance; the sample of the nearer one comes with such a hit.
 fn cross_quarters(
     quarter: &dyn Fn(usize, usize) -> [f32; 3],
     ray: &Stretch,
     (x, y): (usize, usize),
     (s0, s1): (f32, f32),
-) -> Option<f32> {
+    thickness: f32,
+) -> Option<(f32, Option<(usize, usize)>)> {
     let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
     let cut = |from: f32, along: f32, at: f32| {
         let s = (at - from) / along;
@@ -222,19 +232,35 @@ fn cross_quarters(
     };
     let (cx, cy) = (cut(ray.from.x, ray.along.x, middle.x), cut(ray.from.y, ray.along.y, middle.y));
     let ends = [s0, cx.min(cy), cx.max(cy), s1];
-    ends.windows(2).find_map(|e| {
+    // The last quarter: its corner and the surface's inverse depth where the ray left it.
+    let mut last: Option<((usize, usize), f32)> = None;
+    for e in ends.windows(2) {
         let (e0, e1) = (e[0], e[1]);
         if e1 <= e0 {
-            return None;
+            continue;
         }
         let p = ray.from + ray.along * (0.5 * (e0 + e1));
-        let (i, j) = (x + usize::from(p.x >= middle.x), y + usize::from(p.y >= middle.y));
-        let [value, slope_x, slope_y] = quarter(i, j);
-        let gap = |s: f32| {
-            let off = ray.from + ray.along * s - Vec2::new(i as f32, j as f32);
-            ray.inverse + ray.inverse_along * s - (value + slope_x * off.x + slope_y * off.y).max(0.0)
+        let corner = (x + usize::from(p.x >= middle.x), y + usize::from(p.y >= middle.y));
+        let [value, slope_x, slope_y] = quarter(corner.0, corner.1);
+        let surface = |s: f32| {
+            let off = ray.from + ray.along * s - Vec2::new(corner.0 as f32, corner.1 as f32);
+            (value + slope_x * off.x + slope_y * off.y).max(0.0)
         };
-        let (g0, g1) = (gap(e0), gap(e1));
-        ((g0 > 0.0) != (g1 > 0.0)).then(|| e0 + (e1 - e0) * (g0 / (g0 - g1)).clamp(0.0, 1.0))
-    })
+        let inverse = |s: f32| ray.inverse + ray.inverse_along * s;
+        let (w0, w1) = (inverse(e0), inverse(e1));
+        let (v0, v1) = (surface(e0), surface(e1));
+        if let Some((other, v)) = last {
+            let (near, far) = (v.max(v0), v.min(v0));
+            // Infinity has no sides: between a frame and the sky light passes.
+            if far > 0.0 && w0 < near && w0 > far && near <= w0 * (1.0 + thickness) {
+                return Some((e0, Some(if v > v0 { other } else { corner })));
+            }
+        }
+        let (g0, g1) = (w0 - v0, w1 - v1);
+        if (g0 > 0.0) != (g1 > 0.0) {
+            return Some((e0 + (e1 - e0) * (g0 / (g0 - g1)).clamp(0.0, 1.0), None));
+        }
+        last = Some((corner, v1));
+    }
+    None
 }

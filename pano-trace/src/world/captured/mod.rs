@@ -34,6 +34,10 @@ impl Default for CapturedOptions {
     }
 }
 
+/// [`RealHit::surface`] of what the panorama shows.
+const SEEN: u32 = 0;
+/// [`RealHit::surface`] of a side that is only assumed; light is not aimed at it and it has no reflectance of its own.
+const HIDDEN_SIDE: u32 = 1;
 /// Columns of the table that light is sampled from; finer ones miss the cache and gain nothing measurable.
 const LIGHT_TABLE_WIDTH: usize = 512;
 /// Rays that start nearer than this to the capture point are the panorama's own; metres.
@@ -110,7 +114,7 @@ impl CapturedWorld {
             t: 1.0 / inverse,
             position: self.capture + self.world_from_pano * at,
             normal: self.world_from_pano * toward,
-            surface: 0,
+            surface: SEEN,
             radiance: Some(sphere::bilinear(&self.radiance, sphere::uv_from_direction(direction))),
         })
     }
@@ -140,8 +144,8 @@ impl RealWorld for CapturedWorld {
             t: hit.t,
             position: ray.at(hit.t),
             normal: self.world_from_pano * hit.normal,
-            surface: 0,
-            radiance: Some(self.shown(origin + direction * hit.t, hit.at_gap)),
+            surface: if hit.hidden_side.is_some() { HIDDEN_SIDE } else { SEEN },
+            radiance: Some(self.shown(hit.hidden_side.unwrap_or(origin + direction * hit.t), hit.at_gap)),
         })
     }
 
@@ -176,7 +180,8 @@ impl RealWorld for CapturedWorld {
     }
 
     fn reflectance(&self, hit: &RealHit) -> Vec3 {
-        hit.radiance.map_or(Vec3::ZERO, |radiance| reflectance_from(radiance, self.irradiance(hit), self.cap))
+        let radiance = hit.radiance.filter(|_| hit.surface == SEEN);
+        radiance.map_or(Vec3::ZERO, |radiance| reflectance_from(radiance, self.irradiance(hit), self.cap))
     }
 
     #[inline]
@@ -199,6 +204,7 @@ impl RealWorld for CapturedWorld {
                 let d = self.world_from_pano.inverse() * direction;
                 if self.field.look(d).0 <= 0.0 { light.pdf(d) } else { 0.0 }
             }
+            Some(hit) if hit.surface == HIDDEN_SIDE => 0.0,
             Some(hit) => {
                 // Density per steradian at the capture point, per area there, per steradian here.
                 let at = self.to_pano(hit.position);
@@ -217,7 +223,7 @@ impl RealWorld for CapturedWorld {
         let behind = self.hit(ray);
         let reached = match (sample.target, &behind) {
             (None, None) => true,
-            (Some(target), Some(hit)) => {
+            (Some(target), Some(hit)) if hit.surface == SEEN => {
                 // The same patch of the surface, up to rounding.
                 let tolerance = 1e-3 * (hit.t + (target - self.capture).length());
                 target.distance_squared(hit.position) < tolerance * tolerance
