@@ -3,18 +3,22 @@
 use super::{Rendered, Result};
 use crate::composite::exr_channels;
 use pano_core::image::Image;
-use pano_core::io;
+use pano_core::io::{self, SourceEncoding};
 use std::path::Path;
 
-/// Writes the composite: all layers to `.exr`; otherwise the composite alone, display-encoded, as the name's extension says.
+/// Writes the composite: all layers to `.exr`; otherwise the composite alone, display-encoded, as the name's extension says
+/// (`.png` with 16 bits a channel if the panorama had them).
 ///
 /// # Errors
 /// If the file cannot be written or its extension means no format. Nothing half-written is left behind.
 pub fn write_output(path: &Path, rendered: &Rendered) -> Result<()> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+    let extension = |e: &str| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e));
+    if extension("exr") {
         let channels = exr_channels(&rendered.composite, &rendered.layers, &rendered.photo)?;
         let channels: Vec<(&str, &Image<f32>)> = channels.iter().map(|(name, image)| (name.as_str(), image)).collect();
         io::write_exr(path, &channels, &[("pano:depth_kind", "ray")])?;
+    } else if extension("png") && rendered.encoding == SourceEncoding::Srgb16 {
+        io::write_png16(path, &rendered.composite.color, None)?;
     } else {
         io::write_image(path, &rendered.composite.color, None)?;
     }
