@@ -131,12 +131,16 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     let trace = |name: &str, objects: &Objects, camera: &Camera, quality: &Quality| {
         let clock = Instant::now();
         let traced = reference::trace(objects, camera, quality, &Step { progress, name })?;
-        Ok::<_, Error>((traced.radiance, ReferenceCost { ms: clock.elapsed().as_secs_f64() * 1e3, rays: traced.rays, cut_light: traced.cut_light }))
+        Ok::<_, Error>((
+            traced.radiance,
+            ReferenceCost { ms: clock.elapsed().as_secs_f64() * 1e3, rays: traced.rays, cut_light: traced.cut_light },
+        ))
     };
 
     let (empty, full) = (place.without_objects(), place.with_objects());
     let panorama = place.panorama(params.panorama_width);
-    let (radiance, capture_cost) = trace("capture", &empty, &panorama, &quality(params.panorama_samples, CAPTURE_FILTER, stream(1)))?;
+    let (radiance, capture_cost) =
+        trace("capture", &empty, &panorama, &quality(params.panorama_samples, CAPTURE_FILTER, stream(1)))?;
     let depth = reference::depth(&empty, &panorama, |triangle| place.is_window(triangle));
     let inputs = Inputs {
         photo: Arc::new(radiance),
@@ -167,7 +171,8 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     // Independent of the capture's and the composites' random numbers.
     let camera = place.view(params.view);
     let (truth, truth_cost) = trace("truth", &full, &camera, &quality(params.truth_samples, TRUTH_FILTER, stream(2)))?;
-    let (truth_without, without_cost) = trace("empty truth", &empty, &camera, &quality(params.truth_samples, TRUTH_FILTER, stream(3)))?;
+    let (truth_without, without_cost) =
+        trace("empty truth", &empty, &camera, &quality(params.truth_samples, TRUTH_FILTER, stream(3)))?;
 
     let mut demo = Demo {
         panorama: inputs.photo,

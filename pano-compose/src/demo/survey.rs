@@ -107,10 +107,6 @@ impl<'a> Survey<'a> {
 
     fn look(&self, x: usize, y: usize) -> Pixel {
         let center = self.seen(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
-<<<<<<< HEAD
-        let (mut sum, mut pixel) =
-            (Vec3::ZERO, Pixel { pure: true, shines: center.is_some_and(|c| c.emission != Vec3::ZERO), ..Pixel::default() });
-=======
         let mut sum = Vec3::ZERO;
         let mut pixel = Pixel {
             pure: true,
@@ -118,7 +114,6 @@ impl<'a> Survey<'a> {
             matte: center.is_some_and(|c| c.matte),
             ..Pixel::default()
         };
->>>>>>> h1
         for index in 0..RAYS {
             let seen = self.sample(x, y, index);
             sum += seen.map_or(Vec3::ONE, |s| if s.emission == Vec3::ZERO { s.albedo } else { Vec3::ONE });

@@ -148,7 +148,7 @@ pub(crate) fn render_in_world(
         Traced { layers: TracedLayers::empty(camera.width, camera.height), rays: 0, discarded: 0 }
     } else {
         let traced = match world {
-            World::Proxies(world) => tracer::render(&frame, world, &params, progress),
+            World::Proxies(world) => tracer::render(&frame, world.as_ref(), &params, progress),
             World::Captured(world) => tracer::render(&frame, world.as_ref(), &params, progress),
         };
         traced.ok_or(Error::Cancelled)?
@@ -165,7 +165,9 @@ pub(crate) fn render_in_world(
         progress.begin("denoise", 1);
         let params =
             cross_bilateral::Params { wrap: camera.projection == pano_core::camera::Projection::Panorama, ..Default::default() };
-        let report = cross_bilateral::filter(&params, &mut layers)?;
+        let mut report = cross_bilateral::filter(&params, &mut layers)?;
+        report.delta.after =
+            filter_change_again(&params, options.settings.delta_passes, &mut layers)?.unwrap_or(report.delta.after);
         for (layer, energy) in [("object", report.object), ("delta", report.delta)] {
             // The filter conserves energy but for edges; more than this would be visible.
             if energy.relative_change().abs() > 0.02 {
@@ -189,6 +191,18 @@ pub(crate) fn render_in_world(
     clock.stage("composite", pixels, 0);
     let stats = clock.finish(method.name(), plan, warnings);
     Ok(Rendered { camera, photo, encoding: inputs.encoding, layers, composite: out, stats })
+}
+
+/// Further passes over the change of the real surfaces, which is smoother than what objects show: its luminance sum
+/// afterwards, if there were any.
+fn filter_change_again(params: &cross_bilateral::Params, passes: u32, layers: &mut TracedLayers) -> Result<Option<f64>> {
+    let real = layers.coverage.map(|c| 1.0 - c);
+    let guides = cross_bilateral::Guides { depth: &layers.depth, normal: &layers.normal, albedo: &layers.albedo };
+    let mut after = None;
+    for _ in 1..passes {
+        after = Some(cross_bilateral::filter_layer(params, &guides, &real, &mut layers.delta)?.after);
+    }
+    Ok(after)
 }
 
 /// The photo in the view and, for LDR input, the inversely tone-mapped one that lights the objects.

@@ -17,6 +17,7 @@ pub struct Setting {
 pub const SETTINGS: &[Setting] = &[
     Setting { key: "mis", help: "balance | light | bsdf: which strategies sample direct light (balance)" },
     Setting { key: "second_order", help: "true | false: changed surfaces change one another and show in objects (true)" },
+    Setting { key: "delta_passes", help: "1–16: how often the change of real surfaces is filtered (3)" },
     Setting { key: "reflectance_cap", help: "0–1: largest diffuse reflectance read off the picture (0.9)" },
     Setting { key: "field_resolution", help: "quads along a cube face of the depth field; 0: the panorama's own (0)" },
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
@@ -33,13 +34,15 @@ pub struct Settings {
     pub mis: Mis,
     /// `second_order`.
     pub second_order: bool,
+    /// `delta_passes`.
+    pub delta_passes: u32,
     /// How a captured field is prepared.
     pub captured: CapturedOptions,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { mis: Mis::Balance, second_order: true, captured: CapturedOptions::default() }
+        Self { mis: Mis::Balance, second_order: true, delta_passes: 3, captured: CapturedOptions::default() }
     }
 }
 
@@ -66,6 +69,7 @@ impl Settings {
                 }
             }
             "second_order" => self.second_order = value.parse().map_err(|_| bad())?,
+            "delta_passes" => self.delta_passes = count(1, 16)?,
             "reflectance_cap" => self.captured.reflectance_cap = number(0.0, 1.0)?,
             "field_resolution" => self.captured.field.resolution = count(0, 4096)? as usize,
             "gap_contrast" => self.captured.field.gap_contrast = number(1.0, 1e6)?,

@@ -20,7 +20,7 @@ const GROUND_SIZE: f32 = 400.0;
 #[derive(Clone, Debug)]
 pub enum World {
     /// Proxies (or nothing) under an environment at infinity.
-    Proxies(ProxyWorld),
+    Proxies(Box<ProxyWorld>),
     /// A panorama with depth.
     Captured(Box<CapturedWorld>),
 }
@@ -122,5 +122,5 @@ pub fn build_world(
             reflectance: from_picture,
         });
     }
-    Ok(World::Proxies(ProxyWorld::new(radiance, turn, capture, &proxies)))
+    Ok(World::Proxies(Box::new(ProxyWorld::new(radiance, turn, capture, &proxies))))
 }

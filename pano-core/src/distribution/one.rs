@@ -17,7 +17,7 @@ impl Distribution1d {
     pub fn new(weights: &[f32]) -> Option<Self> {
         let usable = |w: f32| if w.is_finite() && w > 0.0 { f64::from(w) } else { 0.0 };
         let total: f64 = weights.iter().map(|&w| usable(w)).sum();
-        if !(total > 0.0) {
+        if total <= 0.0 {
             return None;
         }
         let n = weights.len();

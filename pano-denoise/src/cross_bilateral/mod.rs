@@ -42,25 +42,11 @@ pub struct Params {
     /// Difference of 3×3 means, in standard deviations of the local noise of one pixel, at which a tap counts e^−½.
     /// Higher removes more noise and blurs fine shadows. Default 1.
     pub sigma_radiance: f32,
-    /// As `sigma_radiance`, for the change of the real surfaces: it is smoother than mirror images and textures on objects.
-    /// Default 2.
-    pub sigma_change: f32,
-    /// How often the change of the real surfaces is filtered; each pass widens the window by 4 pixels. Default 3.
-    pub delta_passes: u32,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self {
-            wrap: false,
-            sigma_space: 2.0,
-            sigma_depth: 0.02,
-            sigma_normal: 0.2,
-            sigma_albedo: 0.1,
-            sigma_radiance: 1.0,
-            sigma_change: 2.0,
-            delta_passes: 3,
-        }
+        Self { wrap: false, sigma_space: 2.0, sigma_depth: 0.02, sigma_normal: 0.2, sigma_albedo: 0.1, sigma_radiance: 1.0 }
     }
 }
 
@@ -102,13 +88,7 @@ pub struct Report {
     pub delta: Energy,
 }
 
-/// Reflectance below this is not divided by; a darker surface shows no noise either.
-const LEAST_REFLECTANCE: f32 = 0.02;
-
 /// Filters `object` and `delta` of `layers`, each by itself; everything else stays.
-///
-/// The change of a real surface is divided by its reflectance first, so that the filter sees the change of the irradiance,
-/// which knows no texture, and runs [`Params::delta_passes`] times.
 ///
 /// # Errors
 /// [`Error::Argument`] if a sigma is not > 0 or the layers differ in size.
@@ -116,32 +96,8 @@ pub fn filter(params: &Params, layers: &mut TracedLayers) -> Result<Report> {
     let guides = Guides { depth: &layers.depth, normal: &layers.normal, albedo: &layers.albedo };
     let object = filter_layer(params, &guides, &layers.coverage, &mut layers.object)?;
     let real = layers.coverage.map(|c| 1.0 - c);
-    let reflectance = layers.albedo.map(|a| a.max(Vec3::splat(LEAST_REFLECTANCE)));
-    let flat = Image::filled(real.width(), real.height(), Vec3::ZERO);
-    let guides = Guides { albedo: &flat, ..guides };
-    let luminance_sums = |delta: &Image<Vec3>| {
-        delta.data().iter().filter(|v| v.is_finite()).fold((0.0, 0.0), |(sum, magnitude), &v| {
-            let l = f64::from(pano_core::color::luminance(v));
-            (sum + l, magnitude + l.abs())
-        })
-    };
-    let (before, magnitude) = luminance_sums(&layers.delta);
-    let mut irradiance = layers.delta.clone();
-    for (e, rho) in irradiance.data_mut().iter_mut().zip(reflectance.data()) {
-        *e /= *rho;
-    }
-    let params = Params { sigma_radiance: params.sigma_change, ..*params };
-    for _ in 0..params.delta_passes {
-        filter_layer(&params, &guides, &real, &mut irradiance)?;
-    }
-    for ((delta, e), rho) in layers.delta.data_mut().iter_mut().zip(irradiance.data()).zip(reflectance.data()) {
-        // What the filter left alone keeps its bits.
-        if *delta / *rho != *e {
-            *delta = *e * *rho;
-        }
-    }
-    let (after, _) = luminance_sums(&layers.delta);
-    Ok(Report { object, delta: Energy { before, after, magnitude } })
+    let delta = filter_layer(params, &guides, &real, &mut layers.delta)?;
+    Ok(Report { object, delta })
 }
 
 /// Filters one `layer` that is premultiplied by `share` ([0, 1]; all ones for a layer that is not premultiplied).
@@ -158,7 +114,6 @@ pub fn filter_layer(params: &Params, guides: &Guides<'_>, share: &Image<f32>, la
         ("sigma_normal", params.sigma_normal),
         ("sigma_albedo", params.sigma_albedo),
         ("sigma_radiance", params.sigma_radiance),
-        ("sigma_change", params.sigma_change),
     ] {
         if sigma.is_nan() || sigma <= 0.0 {
             return Err(Error::argument(format!("cross-bilateral filter: {name} is {sigma}; give a value above 0")));

@@ -81,7 +81,7 @@ impl Emitters {
         let distance = to.length();
         let direction = to / distance;
         let cos = -face.normal.dot(direction);
-        if !(cos > 1e-6) || !direction.is_finite() {
+        if cos <= 1e-6 || !direction.is_finite() {
             return None;
         }
         let pdf = self.pick.as_ref()?.probability(i) / face.area * distance * distance / cos;

@@ -85,7 +85,7 @@ impl DepthField {
                 return None;
             }
         }
-        if !(t0 < t1) {
+        if t0 >= t1 || t0.is_nan() || t1.is_nan() {
             return None;
         }
         let half = 0.5 * self.n as f32;
@@ -176,7 +176,7 @@ impl DepthField {
         };
         let w = ray.inverse + ray.inverse_along * root;
         let t = (ray.weighted_t + ray.weighted_t_along * root) / w;
-        if !(t > 0.0) || !t.is_finite() {
+        if t <= 0.0 || !t.is_finite() {
             return None;
         }
         let at = (ray.from + ray.along * root) * (2.0 / n as f32) - 1.0;
