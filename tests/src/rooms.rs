@@ -102,7 +102,7 @@ pub fn plane_depth(width: usize, below: f32) -> Image<f32> {
     })
 }
 
-/// The captured world of a panorama taken at `capture`, with a small map of irradiance.
+/// The captured world of a panorama taken at `capture`, with a small map of irradiance (of which a quarter is made where no objects are named).
 pub fn captured(radiance: &RadianceImage, depth: &Image<f32>, turn: Quat, capture: Vec3) -> CapturedWorld {
     captured_with_cap(radiance, depth, turn, capture, CapturedOptions::default().reflectance_cap)
 }
@@ -118,7 +118,7 @@ pub fn captured_with_cap(
     capture: Vec3,
     reflectance_cap: f32,
 ) -> CapturedWorld {
-    let options = CapturedOptions { irradiance_width: 128, reflectance_cap, ..CapturedOptions::default() };
+    let options = CapturedOptions { irradiance_width: 512, reflectance_cap, ..CapturedOptions::default() };
     CapturedWorld::new(Arc::new(radiance.clone()), depth, turn, capture, &[], &options, &Silent).expect("nobody cancels")
 }
 

@@ -180,3 +180,33 @@ pub fn random_room(seed: u32) -> TestScene<CapturedWorld> {
     let camera = view(capture, capture + turn * Vec3::new(0.0, -1.1, -1.0), 75.0, 32, 24);
     TestScene { world, objects: Objects::new(&placements), camera }
 }
+
+/// A diffuse plane with three objects on it under an HDR environment with two bright windows, after the plane scenes of the
+/// DPT paper. The objects and their shadows fill about half of the view.
+pub fn plane_with_two_windows(width: usize, height: usize) -> TestScene<ProxyWorld> {
+    let window = |azimuth: f32, radiance: Vec3| Lamp {
+        direction: Vec3::new(azimuth.sin(), 0.7, -azimuth.cos()).normalize(),
+        cos_radius: 12.0f32.to_radians().cos(),
+        radiance,
+    };
+    let lamps = [window(0.8, Vec3::new(30.0, 28.0, 24.0)), window(-2.0, Vec3::new(12.0, 14.0, 18.0))];
+    let environment = sky(512, Vec3::new(0.15, 0.12, 0.1), Vec3::new(0.35, 0.4, 0.5), &lamps);
+    let plane = Proxy {
+        shape: ProxyShape::Plane(Vec2::splat(6.0)),
+        world_from_local: Affine3A::IDENTITY,
+        reflectance: Reflectance::Known(Vec3::splat(0.5)),
+    };
+    let at = |x, y, z| Affine3A::from_translation(Vec3::new(x, y, z));
+    let placements = [
+        placed(&prepared(primitives::icosphere(0.5, 5)), at(-0.7, 0.5, 0.1), Material::diffuse(Vec3::new(0.8, 0.5, 0.4))),
+        placed(
+            &prepared(primitives::torus_knot(2, 3, 0.35, 0.1, 400, 25)),
+            at(0.6, 0.4, 0.3),
+            Material::metal(Vec3::new(0.9, 0.8, 0.6), 0.3),
+        ),
+        placed(&prepared(primitives::rounded_box(Vec3::splat(0.7), 0.05, 3)), at(0.1, 0.35, -0.9), Material::default()),
+    ];
+    let world = ProxyWorld::new(Arc::new(environment), Quat::IDENTITY, Vec3::Y, std::slice::from_ref(&plane));
+    let camera = view(Vec3::new(0.0, 1.7, 3.2), Vec3::new(0.0, 0.25, 0.0), 45.0, width, height);
+    TestScene { world, objects: Objects::new(&placements), camera }
+}
