@@ -182,7 +182,7 @@ pub fn random_room(seed: u32) -> TestScene<CapturedWorld> {
 }
 
 /// A diffuse plane with three objects on it under an HDR environment with two bright windows, after the plane scenes of the
-/// DPT paper. The objects and their shadows fill about half of the view.
+/// DPT paper. The objects cover an eighth of the view, as there.
 pub fn plane_with_two_windows(width: usize, height: usize) -> TestScene<ProxyWorld> {
     let window = |azimuth: f32, radiance: Vec3| Lamp {
         direction: Vec3::new(azimuth.sin(), 0.7, -azimuth.cos()).normalize(),
@@ -192,7 +192,7 @@ pub fn plane_with_two_windows(width: usize, height: usize) -> TestScene<ProxyWor
     let lamps = [window(0.8, Vec3::new(30.0, 28.0, 24.0)), window(-2.0, Vec3::new(12.0, 14.0, 18.0))];
     let environment = sky(512, Vec3::new(0.15, 0.12, 0.1), Vec3::new(0.35, 0.4, 0.5), &lamps);
     let plane = Proxy {
-        shape: ProxyShape::Plane(Vec2::splat(6.0)),
+        shape: ProxyShape::Plane(Vec2::splat(12.0)),
         world_from_local: Affine3A::IDENTITY,
         reflectance: Reflectance::Known(Vec3::splat(0.5)),
     };
@@ -207,6 +207,21 @@ pub fn plane_with_two_windows(width: usize, height: usize) -> TestScene<ProxyWor
         placed(&prepared(primitives::rounded_box(Vec3::splat(0.7), 0.05, 3)), at(0.1, 0.35, -0.9), Material::default()),
     ];
     let world = ProxyWorld::new(Arc::new(environment), Quat::IDENTITY, Vec3::Y, std::slice::from_ref(&plane));
-    let camera = view(Vec3::new(0.0, 1.7, 3.2), Vec3::new(0.0, 0.25, 0.0), 45.0, width, height);
+    let camera = view(Vec3::new(0.0, 2.6, 3.6), Vec3::new(0.0, 0.0, 0.0), 45.0, width, height);
     TestScene { world, objects: Objects::new(&placements), camera }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_plane_scene_shows_what_it_says() {
+        let traced = plane_with_two_windows(64, 48).trace(&TraceParams { samples: 4, bounces: 1, ..TraceParams::default() }, 0);
+        let n = 64.0 * 48.0;
+        let covered = traced.layers.coverage.data().iter().sum::<f32>() / n;
+        let real = traced.layers.normal.data().iter().filter(|m| **m != Vec3::ZERO).count() as f32 / n;
+        assert!((0.08..0.17).contains(&covered) && real > 0.9, "objects {covered}, surfaces {real}");
+        assert!(traced.layers.delta.data().iter().any(|d| d.y < -0.05));
+    }
 }
