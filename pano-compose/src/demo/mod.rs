@@ -137,7 +137,7 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     let trace = |name: &str, objects: &Objects, camera: &Camera, quality: &Quality| {
         let clock = Instant::now();
         let traced = reference::trace(objects, camera, quality, &Step { progress, name })?;
-        Ok::<_, Error>((traced.radiance, ReferenceCost { ms: clock.elapsed().as_secs_f64() * 1e3, rays: traced.rays, cut_light: traced.cut_light }))
+        Ok::<_, Error>((traced.radiance, ReferenceCost { ms: clock.elapsed().as_secs_f64() * 1e3, rays: traced.rays, lost_light: traced.lost_light }))
     };
 
     let (empty, full) = (place.without_objects(), place.with_objects());

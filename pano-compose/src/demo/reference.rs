@@ -23,8 +23,8 @@ pub(super) struct Reference {
     pub(super) radiance: RadianceImage,
     /// Rays it took, shadow rays included.
     pub(super) rays: u64,
-    /// Share of its light that was cut off as outliers.
-    pub(super) cut_light: f64,
+    /// Share of its light that the filter lost, most of it outliers that were cut.
+    pub(super) lost_light: f64,
 }
 
 /// How a reference is traced.
@@ -54,8 +54,8 @@ pub(super) fn trace(everything: &Objects, camera: &Camera, quality: &Quality, pr
     let survey = Survey::new(everything, camera, quality);
     let mut halves = [a.layers.object, b.layers.object];
     halves.iter_mut().enumerate().for_each(|(i, half)| survey.remove_texture(half, i));
-    let (light, cut_light) = smooth(halves, survey.guides(), camera.projection == Projection::Panorama, quality.coarsest);
-    Ok(Reference { radiance: survey.add_texture(&light), rays: a.rays + b.rays, cut_light })
+    let (light, lost_light) = smooth(halves, survey.guides(), camera.projection == Projection::Panorama, quality.coarsest);
+    Ok(Reference { radiance: survey.add_texture(&light), rays: a.rays + b.rays, lost_light })
 }
 
 /// Distance along the ray through each pixel's centre, infinite where `is_opening` says that the hit face is one.

@@ -11,7 +11,9 @@ use rayon::prelude::*;
 
 /// A pixel of a half may be this much brighter than the third brightest of its 24 neighbours. At a few samples a path that
 /// finds a lamp by chance stands out more, and texture is divided out before.
-const OUTLIER: f32 = 3.0;
+const OUTLIER: f32 = 2.0;
+/// The same after the first pass: what still stands out then are paths that found lamps in both halves.
+const FILTERED_OUTLIER: f32 = 1.15;
 /// Differences count as noise up to about this many of its standard deviations. Higher removes more noise and blurs soft
 /// shadows; chosen by eye.
 const SIGMAS: f32 = 1.5;
@@ -27,24 +29,30 @@ struct Noisy {
 }
 
 /// Smooths light that was traced in two halves. Taps are one pixel apart in the first pass and twice as far in each that
-/// follows, up to `coarsest`. Returns the light and the share of it that was cut off as outliers.
+/// follows, up to `coarsest`. Returns the light and the share of it that was lost, most of it outliers that were cut.
 pub(super) fn smooth(halves: [RadianceImage; 2], guides: &Image<Guide>, wrap: bool, coarsest: isize) -> (RadianceImage, f64) {
     let before = total(&halves[0]) + total(&halves[1]);
-    let [a, b] = halves.map(|half| without_outliers(&half, guides, wrap));
-    let after = total(&a) + total(&b);
+    let [a, b] = halves.map(|half| without_outliers(&half, guides, wrap, OUTLIER));
     let (w, h) = a.size();
     let squares = Image::par_from_fn(w, h, |x, y| (0.5 * luminance(a.get(x, y) - b.get(x, y))).powi(2));
     let mut picture = Image::par_from_fn(w, h, |x, y| {
-        // One square is a poor estimate: those around help.
+        // One square is a poor estimate: those around help. A path that found a lamp by chance is told by its own.
         let around = taps((x, y), guides, wrap, 1).map(|(nx, ny, w)| (squares.get(nx, ny) * w, w));
         let (sum, weight) = around.fold((0.0, 0.0), |(s, t), (v, w)| (s + v, t + w));
-        let variance = if weight > 0.0 { sum / weight } else { 0.0 };
+        let variance = squares.get(x, y).max(if weight > 0.0 { sum / weight } else { 0.0 });
         Noisy { light: 0.5 * (a.get(x, y) + b.get(x, y)), variance }
     });
     for step in std::iter::successors(Some(1), |step| Some(2 * step)).take_while(|step| *step <= coarsest) {
         picture = pass(&picture, guides, wrap, step);
+        if step == 1 {
+            let light = picture.map(|p| p.light);
+            let cut = without_outliers(&light, guides, wrap, FILTERED_OUTLIER);
+            picture.data_mut().iter_mut().zip(cut.data()).for_each(|(p, light)| p.light = *light);
+        }
     }
-    (picture.map(|p| p.light), if before > 0.0 { (before - after) / before } else { 0.0 })
+    let light = picture.map(|p| p.light);
+    let after = 2.0 * total(&light);
+    (light, if before > 0.0 { (before - after) / before } else { 0.0 })
 }
 
 /// Luminance, summed row by row so that threads do not change it.
@@ -90,7 +98,7 @@ fn pass(picture: &Image<Noisy>, guides: &Image<Guide>, wrap: bool, step: isize) 
 }
 
 /// The light with every pixel scaled down that is too bright for what is around it.
-fn without_outliers(light: &RadianceImage, guides: &Image<Guide>, wrap: bool) -> RadianceImage {
+fn without_outliers(light: &RadianceImage, guides: &Image<Guide>, wrap: bool, outlier: f32) -> RadianceImage {
     let (w, h) = light.size();
     RadianceImage::par_from_fn(w, h, |x, y| {
         let (center, guide) = (light.get(x, y), guides.get(x, y));
@@ -108,7 +116,7 @@ fn without_outliers(light: &RadianceImage, guides: &Image<Guide>, wrap: bool) ->
             }
         }
         // What is as thin as a pixel is judged by everything around it.
-        let [same, any] = brightest.map(|values| OUTLIER * values[2]);
+        let [same, any] = brightest.map(|values| outlier * values[2]);
         let (value, limit) = (luminance(center), if same > 0.0 { same } else { any });
         if limit > 0.0 && value > limit { center * (limit / value) } else { center }
     })

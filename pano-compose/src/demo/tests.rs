@@ -9,11 +9,11 @@ fn try_capture() {
     let t = Instant::now();
     let p = place.panorama(var("PW", 1024) as usize);
     let r = reference::trace(&empty, &p, &q(var("PS", 12), 1), &pano_core::progress::Silent).unwrap();
-    println!("pano {:?} rays {} cut {}", t.elapsed(), r.rays, r.cut_light);
+    println!("pano {:?} rays {} cut {}", t.elapsed(), r.rays, r.lost_light);
     let v = place.view((480, 360));
     let t = Instant::now();
     let tr = reference::trace(&full, &v, &q(var("TS", 32), 2), &pano_core::progress::Silent).unwrap();
-    println!("truth {:?} rays {} cut {}", t.elapsed(), tr.rays, tr.cut_light);
+    println!("truth {:?} rays {} cut {}", t.elapsed(), tr.rays, tr.lost_light);
     let mut raw = place.view((480, 360));
     raw.position += glam::Vec3::ZERO;
     for (name, px) in [("table", (250, 250)), ("head", (152, 130)), ("shadow", (372, 240)), ("wall", (40, 40)), ("sofa", (280, 60))] {
