@@ -40,21 +40,21 @@ use std::time::Instant;
 pub const METHODS: [Method; 4] = [Method::Dpt, Method::Onepass, Method::Twopass, Method::Ibl];
 
 /// Pixels between the taps of the widest filter: the capture has few samples and smooth light, the truth is to be trusted.
-const CAPTURE_FILTER: usize = 8;
-const TRUTH_FILTER: usize = 4;
+const CAPTURE_FILTER: isize = 8;
+const TRUTH_FILTER: isize = 4;
 
 /// Sizes and samples of a demo. Time is proportional to pixels × samples of each picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DemoParams {
     /// Columns of the captured panorama (rows: half), even and ≥ 2. Higher gives a sharper background.
     pub panorama_width: usize,
-    /// Samples a pixel of the panorama, ≥ 1.
+    /// Samples a pixel of the panorama, ≥ 1; rounded up to an even number.
     pub panorama_samples: u32,
     /// Width and height of the view, ≥ 1.
     pub view: (usize, usize),
     /// Samples a pixel of each composite, ≥ 1.
     pub samples: u32,
-    /// Samples a pixel of the truth, ≥ 1.
+    /// Samples a pixel of the truth, ≥ 1; rounded up to an even number.
     pub truth_samples: u32,
     /// Scattering events after the camera, in the capture, the composites and the truth; ≥ 1.
     pub bounces: u32,
@@ -126,21 +126,26 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     params.validate()?;
     let begin = Instant::now();
     let place = Place::new()?;
-    let stream = |frame: u32| Stream { frame, seed: params.seed };
-    let quality = |samples: u32, coarsest: usize, stream: Stream| Quality { samples, bounces: params.bounces, coarsest, stream };
+    // Every picture has random numbers of its own; the composites' are those of frame 0.
+    let streams = |picture: u32| [2 * picture - 1, 2 * picture].map(|frame| Stream { frame, seed: params.seed });
+    let quality = |samples: u32, coarsest: isize, picture: u32| Quality {
+        samples: samples.div_ceil(2),
+        bounces: params.bounces,
+        coarsest,
+        streams: streams(picture),
+    };
     let trace = |name: &str, objects: &Objects, camera: &Camera, quality: &Quality| {
         let clock = Instant::now();
         let traced = reference::trace(objects, camera, quality, &Step { progress, name })?;
         Ok::<_, Error>((
             traced.radiance,
-            ReferenceCost { ms: clock.elapsed().as_secs_f64() * 1e3, rays: traced.rays, cut_light: traced.cut_light },
+            ReferenceCost { ms: clock.elapsed().as_secs_f64() * 1e3, rays: traced.rays, lost_light: traced.lost_light },
         ))
     };
 
     let (empty, full) = (place.without_objects(), place.with_objects());
     let panorama = place.panorama(params.panorama_width);
-    let (radiance, capture_cost) =
-        trace("capture", &empty, &panorama, &quality(params.panorama_samples, CAPTURE_FILTER, stream(1)))?;
+    let (radiance, capture_cost) = trace("capture", &empty, &panorama, &quality(params.panorama_samples, CAPTURE_FILTER, 1))?;
     let depth = reference::depth(&empty, &panorama, |triangle| place.is_window(triangle));
     let inputs = Inputs {
         photo: Arc::new(radiance),
@@ -168,11 +173,9 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
         composites.push((method, pipeline::render_in_world(&scene, &inputs, &objects, &world, &options, Clock::new(), &step)?));
     }
 
-    // Independent of the capture's and the composites' random numbers.
     let camera = place.view(params.view);
-    let (truth, truth_cost) = trace("truth", &full, &camera, &quality(params.truth_samples, TRUTH_FILTER, stream(2)))?;
-    let (truth_without, without_cost) =
-        trace("empty truth", &empty, &camera, &quality(params.truth_samples, TRUTH_FILTER, stream(3)))?;
+    let (truth, truth_cost) = trace("truth", &full, &camera, &quality(params.truth_samples, TRUTH_FILTER, 2))?;
+    let (truth_without, without_cost) = trace("empty truth", &empty, &camera, &quality(params.truth_samples, TRUTH_FILTER, 3))?;
 
     let mut demo = Demo {
         panorama: inputs.photo,

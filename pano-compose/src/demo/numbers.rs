@@ -22,8 +22,8 @@ pub struct ReferenceCost {
     pub ms: f64,
     /// Rays traced, shadow rays included.
     pub rays: u64,
-    /// Share of the light that the filter cut off as outliers.
-    pub cut_light: f64,
+    /// Share of the light that the filter lost, most of it outliers that were cut.
+    pub lost_light: f64,
 }
 
 /// How far a picture is from the truth. SSIM, PSNR and FLIP are of display-encoded values, exposed by [`Numbers::white`].

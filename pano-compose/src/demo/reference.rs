@@ -23,21 +23,21 @@ pub(super) struct Reference {
     pub(super) radiance: RadianceImage,
     /// Rays it took, shadow rays included.
     pub(super) rays: u64,
-    /// Share of its light that was cut off as outliers.
-    pub(super) cut_light: f64,
+    /// Share of its light that the filter lost, most of it outliers that were cut.
+    pub(super) lost_light: f64,
 }
 
 /// How a reference is traced.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quality {
-    /// Samples a pixel.
+    /// Samples a pixel in each of two halves.
     pub(super) samples: u32,
     /// Scattering events after the camera.
     pub(super) bounces: u32,
-    /// Pixels between the taps of the widest filter, a power of two.
-    pub(super) coarsest: usize,
-    /// Which random numbers.
-    pub(super) stream: Stream,
+    /// Pixels between the taps of the widest filter.
+    pub(super) coarsest: isize,
+    /// The halves' random numbers, which must differ.
+    pub(super) streams: [Stream; 2],
 }
 
 /// Path-traces `everything`, which closes the camera in (what escapes is black), and filters the noise.
@@ -46,15 +46,17 @@ pub(super) struct Quality {
 pub(super) fn trace(everything: &Objects, camera: &Camera, quality: &Quality, progress: &dyn Progress) -> Result<Reference> {
     let darkness = Arc::new(RadianceImage::filled(2, 1, Vec3::ZERO));
     let nothing = ProxyWorld::new(darkness, Quat::IDENTITY, camera.position, &[]);
-    let frame = tracer::Frame { camera, objects: everything, stream: quality.stream };
     let params = TraceParams { samples: quality.samples, bounces: quality.bounces, ..TraceParams::default() };
-    let traced = tracer::render(&frame, &nothing, &params, progress).ok_or(Error::Cancelled)?;
-    let mut layers = traced.layers;
-
+    let trace = |stream: Stream| {
+        tracer::render(&tracer::Frame { camera, objects: everything, stream }, &nothing, &params, progress)
+            .ok_or(Error::Cancelled)
+    };
+    let [a, b] = [trace(quality.streams[0])?, trace(quality.streams[1])?];
     let survey = Survey::new(everything, camera, quality);
-    survey.remove_texture(&mut layers.object);
-    let cut_light = smooth(&mut layers, &survey, camera.projection == Projection::Panorama, quality.coarsest)?;
-    Ok(Reference { radiance: survey.add_texture(&layers), rays: traced.rays, cut_light })
+    let mut halves = [a.layers.object, b.layers.object];
+    halves.iter_mut().enumerate().for_each(|(i, half)| survey.remove_texture(half, i));
+    let (light, lost_light) = smooth(halves, survey.guides(), camera.projection == Projection::Panorama, quality.coarsest);
+    Ok(Reference { radiance: survey.add_texture(&light), rays: a.rays + b.rays, lost_light })
 }
 
 /// Distance along the ray through each pixel's centre, infinite where `is_opening` says that the hit face is one.

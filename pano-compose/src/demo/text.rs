@@ -37,11 +37,7 @@ mod tests {
         let rows: Vec<String> =
             (0..7).map(|y| picture.row(y).iter().map(|p| if p.x > 0.0 { '#' } else { ' ' }).collect::<String>()).collect();
         let shape = rows.iter().map(|r| r.trim_end()).collect::<Vec<_>>().join("\n");
-        assert_eq!(
-            shape,
-            " ####\n  ##\n  ##\n  ##   #\n  ##  ##\n  ##  ##\n #######".replace("  ##  ##\n  ##  ##", "  ##  ##\n  ##  ##"),
-            "\n{shape}"
-        );
+        assert_eq!(shape, " ####\n  ##\n  ##\n  ##   #\n  ##  ##\n  ##  ##\n #######", "\n{shape}");
     }
 
     #[test]
@@ -49,6 +45,6 @@ mod tests {
         let mut picture = RadianceImage::filled(9, 3, Vec3::ZERO);
         draw(&mut picture, (5, 1), 3, Vec3::ONE, "Wide \u{1F600} text");
         draw(&mut picture, (500, 500), 1, Vec3::ONE, "far off");
-        assert!(picture.data().iter().any(|p| *p == Vec3::ONE));
+        assert!(picture.data().contains(&Vec3::ONE));
     }
 }
