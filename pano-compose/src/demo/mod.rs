@@ -65,7 +65,7 @@ pub struct DemoParams {
 impl DemoParams {
     /// About a minute on two cores.
     pub const fn full() -> Self {
-        Self { panorama_width: 2048, panorama_samples: 4, view: (480, 360), samples: 32, truth_samples: 48, bounces: 5, seed: 0 }
+        Self { panorama_width: 1024, panorama_samples: 16, view: (400, 300), samples: 16, truth_samples: 48, bounces: 5, seed: 0 }
     }
 
     /// About ten seconds on two cores: coarser and noisier.
@@ -215,6 +215,3 @@ impl Progress for Step<'_> {
         self.progress.cancelled()
     }
 }
-
-#[cfg(test)]
-mod tests;

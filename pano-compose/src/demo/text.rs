@@ -37,7 +37,7 @@ mod tests {
         let rows: Vec<String> =
             (0..7).map(|y| picture.row(y).iter().map(|p| if p.x > 0.0 { '#' } else { ' ' }).collect::<String>()).collect();
         let shape = rows.iter().map(|r| r.trim_end()).collect::<Vec<_>>().join("\n");
-        assert_eq!(shape, " ####\n  ##\n  ##\n  ##   #\n  ##  ##\n  ##  ##\n #######", "\n{shape}");
+        assert_eq!(shape, " ####\n  ##\n  ##\n  ##\n  ##   #\n  ##  ##\n #######", "\n{shape}");
     }
 
     #[test]

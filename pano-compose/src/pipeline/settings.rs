@@ -22,7 +22,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "field_resolution", help: "quads along a cube face of the depth field; 0: the panorama's own (0)" },
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
     Setting { key: "gap_relative", help: "> 0: …and larger than this share of the depth (0.01)" },
-    Setting { key: "gap_thickness", help: "≥ 0: depth of the unseen side at a gap, as a share of the distance (1)" },
+    Setting { key: "gap_thickness", help: "≥ 0: depth of the unseen side at a gap, as a share of the distance (0.5)" },
     Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map near objects (1024)" },
     Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (16)" },
 ];

@@ -23,7 +23,7 @@ pub struct FieldOptions {
 
 impl Default for FieldOptions {
     fn default() -> Self {
-        Self { resolution: 0, gap_contrast: 3.0, gap_relative: 0.01, gap_thickness: 1.0 }
+        Self { resolution: 0, gap_contrast: 3.0, gap_relative: 0.01, gap_thickness: 0.5 }
     }
 }
 
