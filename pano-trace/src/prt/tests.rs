@@ -16,11 +16,16 @@ fn field(distance: impl Fn(Vec3) -> f32) -> DepthField {
     sized(WIDTH, WIDTH / 2, distance)
 }
 
+/// Surfaces only, without the sides that are assumed at gaps.
 fn sized(w: usize, h: usize, distance: impl Fn(Vec3) -> f32) -> DepthField {
+    with_sides(w, h, 0.0, distance)
+}
+
+fn with_sides(w: usize, h: usize, gap_thickness: f32, distance: impl Fn(Vec3) -> f32) -> DepthField {
     let depth = Image::from_fn(w, h, |x, y| {
         distance(sphere::direction_from_uv(Vec2::new((x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32)))
     });
-    DepthField::new(&depth, &FieldOptions::default())
+    DepthField::new(&depth, &FieldOptions { gap_thickness, ..FieldOptions::default() })
 }
 
 /// Where the line enters and leaves a box.
@@ -175,6 +180,23 @@ fn hierarchical_marching_equals_linear_marching() {
         }
     }
     assert!(apart.len() * 100 <= n, "{} of {n} differ, such as {:?}", apart.len(), apart[0]);
+}
+
+/// The same plate with a side assumed behind its rim: rays that pass close behind it meet the side, with the plate's own
+/// direction for a colour; farther behind than the side is deep they pass.
+#[test]
+fn assumed_sides_are_as_deep_as_the_setting_says() {
+    let plate = |d: Vec3| {
+        let at = d / -d.z;
+        if d.z < 0.0 && at.x.abs() < 0.4 && at.y.abs() < 0.4 { at.length() } else { room(d) }
+    };
+    let field = with_sides(WIDTH, WIDTH / 2, 0.3, plate);
+    // The rim's shadow at depth z is 0.4·z wide: the ray along +X meets it there.
+    let near = field.march(Vec3::new(-1.5, 0.1, -1.2), Vec3::X, f32::INFINITY).unwrap();
+    assert!(near.hidden_side.is_some() && (near.t - (1.5 - 0.4 * 1.2)).abs() < 0.02, "{near:?}");
+    assert!(near.hidden_side.unwrap().distance(Vec3::new(-0.4, 0.1 / 1.2, -1.0).normalize()) < 0.02, "{near:?}");
+    let far = field.march(Vec3::new(-1.5, 0.1, -1.5), Vec3::X, f32::INFINITY).unwrap();
+    assert!(far.hidden_side.is_none() && (far.t - 4.0).abs() < 0.01, "{far:?}");
 }
 
 /// A plate hangs before a wall: seen from the capture point the wall behind it is hidden, and nothing connects the two.
