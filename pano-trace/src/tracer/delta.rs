@@ -145,16 +145,29 @@ struct Point<'a> {
 
 impl<'a, W: RealWorld> Tracer<'a, W> {
     /// One estimate of the change of the radiance a real surface sends out, all strategies used.
-    pub(crate) fn delta(&self, hit: &RealHit, bounces: u32, walk: &mut Walk) -> Vec3 {
-        self.delta_at(hit, bounces, 1.0, LEAST_EFFORT, walk)
+    /// `boost` ≥ 1 times as often as usual each strategy is used that is not used every time.
+    pub(crate) fn delta(&self, hit: &RealHit, bounces: u32, boost: f32, walk: &mut Walk) -> Vec3 {
+        self.delta_at(hit, bounces, 1.0, LEAST_EFFORT, boost, walk)
+    }
+
+    /// One sample in how many is enough for the change of a real point: where objects take little of its light, most samples
+    /// of a pixel would find nothing, and fewer with a boost do as well.
+    pub(crate) fn thinning(&self, hit: &RealHit) -> u32 {
+        let aim = Aim::new(self.objects.clusters(), self.world.leave(hit), hit.normal);
+        match aim.form_factor {
+            _ if aim.inside => 1,
+            f if f < 0.125 * FULL_EFFORT => 4,
+            f if f < 0.5 * FULL_EFFORT => 2,
+            _ => 1,
+        }
     }
 
     /// The same with about one ray, for points that only colour a path's end.
     pub(crate) fn delta_once(&self, hit: &RealHit, bounces: u32, walk: &mut Walk) -> Vec3 {
-        self.delta_at(hit, bounces, 0.5, LEAST_EFFORT_ONCE, walk)
+        self.delta_at(hit, bounces, 0.5, LEAST_EFFORT_ONCE, 1.0, walk)
     }
 
-    fn delta_at(&self, hit: &RealHit, bounces: u32, effort: f32, least: f32, walk: &mut Walk) -> Vec3 {
+    fn delta_at(&self, hit: &RealHit, bounces: u32, effort: f32, least: f32, boost: f32, walk: &mut Walk) -> Vec3 {
         let x = self.world.leave(hit);
         let aim = Aim::new(self.objects.clusters(), x, hit.normal);
         let second_order = bounces >= 2 && self.params.second_order && self.world.sees_itself();
@@ -169,12 +182,12 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let cosine_rate = if aim.inside || mis == Mis::BsdfOnly {
             effort
         } else if second_order {
-            effort * SECOND_ORDER_EFFORT
+            effort * (SECOND_ORDER_EFFORT * boost).min(1.0)
         } else {
             0.0
         };
         let cones = aim.count > 0 && mis != Mis::BsdfOnly;
-        let cone_rate = if cones { effort * (aim.form_factor / FULL_EFFORT).clamp(least, 1.0) } else { 0.0 };
+        let cone_rate = if cones { effort * (boost * (aim.form_factor / FULL_EFFORT).max(least)).min(1.0) } else { 0.0 };
         let light_rate = if aim.nothing() || mis == Mis::BsdfOnly { 0.0 } else { effort };
         let point = Point { hit, x, aim, cone_rate, light_rate, cosine_rate, second_order, bounces };
 

@@ -86,7 +86,13 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         // Where no object's bounds reach, no ray looks for one.
         let scene = if self.may_see_objects(frame, corner) { Scene::Mixed } else { Scene::Real };
         let (mut covered, mut object, mut delta) = (0u32, Vec3::ZERO, Vec3::ZERO);
-        let samples = self.params.samples;
+        let center = Ray::new(frame.camera.position, frame.camera.direction(corner + 0.5));
+        let thinning = match self.world.hit(&center) {
+            Some(hit) if scene == Scene::Real && self.params.method == Method::Dpt => self.thinning(&hit),
+            _ => 1,
+        };
+        let samples = self.params.samples.div_ceil(thinning);
+        let boost = self.params.samples as f32 / samples as f32;
         for index in 0..samples {
             let mut walk = Walk { sampler: Sampler::new(at, index, frame.stream), rays: 0 };
             let [jx, jy, pick, _] = walk.sampler.next_4d();
@@ -96,7 +102,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                 First::Real(hit) => First::Real(self.world.shown_surface(hit, ray.direction, pick)),
                 first => first,
             };
-            let (into_object, value) = self.sample(&ray, first, &mut walk);
+            let (into_object, value) = self.sample(&ray, first, boost, &mut walk);
             *rays += walk.rays;
             covered += u32::from(into_object);
             let value = if value.is_finite() {
@@ -134,7 +140,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     }
 
     /// Whether the sample shows an object, and its radiance or the change of the real surface it shows.
-    fn sample(&self, ray: &Ray, first: First, walk: &mut Walk) -> (bool, Vec3) {
+    fn sample(&self, ray: &Ray, first: First, boost: f32, walk: &mut Walk) -> (bool, Vec3) {
         let bounces = self.params.bounces;
         match (first, self.params.method) {
             (First::Infinity, _) => (false, Vec3::ZERO),
@@ -151,7 +157,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
             }
             (First::Real(hit), method) => {
                 let change = match method {
-                    Method::Dpt => self.delta(&hit, bounces, walk),
+                    Method::Dpt => self.delta(&hit, bounces, boost, walk),
                     Method::OnePass => {
                         let (mixed, real) = self.one_pass(&hit, bounces, walk);
                         mixed - real
