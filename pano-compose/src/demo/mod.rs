@@ -6,8 +6,7 @@
 //!   └────> the same view, path-traced, with and without objects ────┴──> errors, contact sheet
 //! ```
 //!
-//! Everything goes through [`pipeline`], as `pano render` does: rendering the written scene file gives the same
-//! picture as the demo's `dpt`.
+//! Everything goes through [`pipeline`], as `pano render` does.
 
 mod files;
 mod numbers;
@@ -63,12 +62,12 @@ pub struct DemoParams {
 }
 
 impl DemoParams {
-    /// About a minute on two cores.
+    /// Under two minutes on two cores.
     pub const fn full() -> Self {
         Self { panorama_width: 1024, panorama_samples: 16, view: (400, 300), samples: 16, truth_samples: 48, bounces: 5, seed: 0 }
     }
 
-    /// About ten seconds on two cores: coarser and noisier.
+    /// Some twenty seconds on two cores: coarser and noisier.
     pub const fn quick() -> Self {
         Self { panorama_width: 1024, panorama_samples: 4, view: (240, 180), samples: 16, truth_samples: 24, bounces: 5, seed: 0 }
     }
@@ -215,3 +214,6 @@ impl Progress for Step<'_> {
         self.progress.cancelled()
     }
 }
+
+#[cfg(test)]
+mod tests;

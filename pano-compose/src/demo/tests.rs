@@ -1,0 +1,35 @@
+use super::*;
+use pano_core::progress::Silent;
+
+const TINY: DemoParams =
+    DemoParams { panorama_width: 64, panorama_samples: 4, view: (40, 30), samples: 4, truth_samples: 4, bounces: 2, seed: 0 };
+
+#[test]
+fn a_tiny_demo_is_complete_and_repeatable() {
+    let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+    let (one, two) = (pool(1).install(|| run(&TINY, &Silent).unwrap()), pool(2).install(|| run(&TINY, &Silent).unwrap()));
+    assert_eq!(one.composites.iter().map(|c| c.0).collect::<Vec<_>>(), METHODS);
+    for ((method, a), (_, b)) in one.composites.iter().zip(&two.composites) {
+        assert!(a.composite.color.data() == b.composite.color.data(), "{method:?} depends on the number of threads");
+        assert!(a.composite.color.data().iter().all(|p| p.is_finite() && p.min_element() >= 0.0), "{method:?}");
+    }
+    assert!(one.truth.data() == two.truth.data());
+
+    let folder = tempfile::tempdir().unwrap();
+    let files = one.write(&Folder::create(folder.path()).unwrap()).unwrap();
+    assert!(files.iter().all(|f| folder.path().join(f).is_file()), "{files:?}");
+    let numbers: serde_json::Value = serde_json::from_slice(&std::fs::read(folder.path().join("numbers.json")).unwrap()).unwrap();
+    assert!(numbers.is_object());
+    Scene::load(folder.path().join(SCENE_FILE)).unwrap();
+}
+
+#[test]
+fn a_demo_of_nothing_is_refused() {
+    for params in
+        [DemoParams { samples: 0, ..TINY }, DemoParams { view: (0, 3), ..TINY }, DemoParams { panorama_width: 7, ..TINY }]
+    {
+        assert!(run(&params, &Silent).is_err(), "{params:?}");
+    }
+    let file = tempfile::NamedTempFile::new().unwrap();
+    assert!(Folder::create(file.path()).is_err());
+}
