@@ -215,8 +215,15 @@ fn a_pixel_that_is_not_finite_stays_alone() {
 #[test]
 fn infinite_sigmas_average_the_window() {
     let off = f32::INFINITY;
-    let params =
-        Params { wrap: true, sigma_space: off, sigma_depth: off, sigma_normal: off, sigma_albedo: off, sigma_radiance: off };
+    let params = Params {
+        wrap: true,
+        sigma_space: off,
+        sigma_depth: off,
+        sigma_normal: off,
+        sigma_albedo: off,
+        sigma_radiance: off,
+        delta_passes: 1,
+    };
     let mut layer = Image::filled(5, 5, Vec3::ZERO);
     layer.set(2, 2, Vec3::splat(25.0));
     let guides = flat(5, 5);
