@@ -96,8 +96,13 @@ pub fn build_world(
         if !scene.proxies.is_empty() {
             warnings.push("the panorama has depth: proxies are not used".into());
         }
-        let world = CapturedWorld::new(radiance, depth, turn, capture, objects.clusters(), &settings.captured, progress)
-            .ok_or(Error::Cancelled)?;
+        let mut options = settings.captured;
+        if scene.render.method == Method::Ibl {
+            // Nothing real changes, and no reflectance is asked for.
+            options.irradiance_width = 0;
+        }
+        let world =
+            CapturedWorld::new(radiance, depth, turn, capture, objects.clusters(), &options, progress).ok_or(Error::Cancelled)?;
         return Ok(World::Captured(Box::new(world)));
     }
     let from_picture = Reflectance::FromPicture { cap: settings.captured.reflectance_cap };

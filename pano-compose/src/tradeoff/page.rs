@@ -2,7 +2,7 @@
 
 use super::measure::Bench;
 use super::record::Record;
-use super::{BUDGETS_MS, COMBINATION, Choice, KNOBS, Row, Truth, affordable, charts, front};
+use super::{BUDGETS_MS, COMBINATION, Choice, KNOBS, PREPARATIONS, Row, Truth, affordable, charts, front};
 use crate::pipeline::{Folder, Result, write_text};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use pano_core::{image::RadianceImage, io, progress::Progress};
@@ -48,7 +48,7 @@ pub(super) fn write(
         names.push(name);
         Ok(())
     };
-    picture("truth", &bench.shown(&truth.picture).0, "truth.png".into())?;
+    picture("truth", &bench.shown(&truth.picture()).0, "truth.png".into())?;
     let mut shown: Vec<&str> = vec![];
     for row in BUDGETS_MS.iter().filter_map(|&ms| affordable(&front, ms)) {
         if shown.contains(&row.arguments.as_str()) {
@@ -84,7 +84,9 @@ fn origin(truth: &Truth) -> String {
 /// The choice of a row in combinations.
 fn choice_of(bench: &Bench<'_>, row: &Row) -> Option<Choice> {
     let method = bench.methods().into_iter().find(|m| m.name() == row.method)?;
-    Some(Choice { samples: row.samples, bounces: row.bounces, denoise: row.denoise, ..bench.default_choice(method) })
+    let choice = Choice { samples: row.samples, bounces: row.bounces, denoise: row.denoise, ..bench.default_choice(method) };
+    // The preparation is only told by the arguments.
+    PREPARATIONS.iter().map(|p| choice.prepared(p)).find(|choice| choice.arguments() == row.arguments)
 }
 
 /// What to choose for each budget.
