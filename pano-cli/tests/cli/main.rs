@@ -2,5 +2,6 @@
 
 mod compare;
 mod info;
+mod plan;
 mod render;
 mod support;

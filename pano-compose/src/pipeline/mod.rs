@@ -5,6 +5,7 @@
 //! ```
 
 mod error;
+mod estimate;
 mod folder;
 mod load;
 mod output;
@@ -14,6 +15,7 @@ mod stats;
 mod world;
 
 pub use error::{Error, Result};
+pub use estimate::{Plan, PlannedStage, plan};
 pub use folder::Folder;
 pub use load::{Inputs, Loader, prepare_objects};
 pub use output::write_output;
