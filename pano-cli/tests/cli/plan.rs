@@ -49,3 +49,16 @@ fn a_truth_of_another_size_is_refused() {
     bench.pano(&["tradeoff", "scene.toml", "-o", "out", "--quick", "--truth", "room.exr"]).fails_with(&["32×16", "24×16"]);
     bench.pano(&["tradeoff", "scene.toml", "-o", "scene.toml", "--quick"]).fails_with(&["scene.toml", "folder"]);
 }
+
+#[test]
+fn a_budget_chooses_settings_and_says_so() {
+    let bench = bench("specular = 0");
+    let run = bench.pano(&["render", "scene.toml", "-o", "out.exr", "--budget", "2s"]);
+    assert_eq!(run.code, Some(0), "{run:?}");
+    for word in ["chose --method dpt --samples", "expecting", "took"] {
+        assert!(run.stderr.contains(word), "no {word} in {}", run.stderr);
+    }
+    assert_eq!(bench.names_of("out"), ["out.exr"]);
+    let conflict = bench.pano(&["render", "scene.toml", "-o", "out.exr", "--budget", "2s", "--samples", "4"]);
+    assert_eq!(conflict.code, Some(2), "{conflict:?}");
+}

@@ -28,6 +28,7 @@ pub(super) struct Bench<'a> {
     inputs: Inputs,
     objects: Objects,
     camera: Camera,
+    load_ms: f64,
     /// The world as it was built last.
     world: Option<Prepared>,
     judge: Option<Judge>,
@@ -66,19 +67,26 @@ pub(super) struct Shot {
 impl<'a> Bench<'a> {
     pub(super) fn new(scene: &'a Scene, params: &'a TradeoffParams, progress: &dyn Progress) -> Result<Self> {
         progress.begin("load", 1);
+        let begin = Instant::now();
         let inputs = Loader::default().load(scene, 0)?;
         let objects = prepare_objects(scene, &inputs, 0);
         if objects.is_empty() {
             return Err(Error::unsupported("the scene has no objects, so that nothing changes", "add an [[object]]"));
         }
+        let load_ms = begin.elapsed().as_secs_f64() * 1e3;
         let camera = scene.camera(inputs.photo.size());
         let methods = suitable(scene, &inputs);
         let resolved = resolve_method(scene, &inputs, &mut Vec::new())?;
-        Ok(Self { scene, params, inputs, objects, camera, world: None, judge: None, methods, resolved })
+        Ok(Self { scene, params, inputs, objects, camera, load_ms, world: None, judge: None, methods, resolved })
     }
 
     pub(super) fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// Milliseconds that reading took, which no [`Row`] counts.
+    pub(super) fn load_ms(&self) -> f64 {
+        self.load_ms
     }
 
     pub(super) fn methods(&self) -> Vec<Method> {

@@ -10,6 +10,7 @@
 //! change. **Time** is the median of repeats, from the prepared scene to the composite; where a panorama has depth it includes
 //! preparing the captured world. What was measured is written at once, and a second run goes on where the first stopped.
 
+mod budget;
 mod charts;
 mod front;
 mod knobs;
@@ -18,6 +19,7 @@ mod page;
 mod record;
 mod truth;
 
+pub use budget::{Chosen, Goal, choose};
 pub use front::{BUDGETS_MS, affordable, front};
 use knobs::COMBINED_BOUNCES;
 pub use knobs::{Choice, KNOBS, Knob, PREPARATIONS, Scope};
