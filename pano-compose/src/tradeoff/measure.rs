@@ -224,7 +224,8 @@ impl<'a> Bench<'a> {
         let mut shots: Vec<Shot> = Vec::new();
         for repeat in 0..self.params.repeats.max(1) {
             let (rendered, world_ms) = self.render(choice, self.params.seed.wrapping_add(repeat), &Quiet(progress))?;
-            let of = |name: &str| rendered.stats.stages.iter().filter(|s| s.name == name).map(|s| s.ms).sum::<f64>();
+            let of =
+                |name: &str| rendered.stats.stages.iter().filter(|s| s.name == name).map(|s| s.ms).fold(0.0, |sum, ms| sum + ms);
             let (trace_ms, denoise_ms, ms) = (of("trace"), of("denoise"), rendered.stats.total_ms + world_ms);
             shots.push(Shot { picture: rendered.composite.color, ms, world_ms, trace_ms, denoise_ms });
         }
