@@ -14,4 +14,9 @@
 //! # Ok::<(), pano_core::Error>(())
 //! ```
 
+pub mod detect;
 pub mod expand;
+pub mod remap;
+mod working;
+
+pub use working::WorkingMap;
