@@ -14,8 +14,10 @@
 //! # Ok::<(), pano_core::Error>(())
 //! ```
 
+pub mod clipped;
 pub mod detect;
 pub mod expand;
+mod grid;
 pub mod remap;
 mod working;
 

@@ -50,14 +50,28 @@ impl From<&Detection> for Listing {
             solid_angle: l.solid_angle,
             intensity: l.intensity.to_array(),
         };
-        Self { threshold: d.threshold, mean: d.mean, sigma: d.sigma, found: d.found, lights: d.lights.iter().map(light).collect() }
+        Self {
+            threshold: d.threshold,
+            mean: d.mean,
+            sigma: d.sigma,
+            found: d.found,
+            lights: d.lights.iter().map(light).collect(),
+        }
     }
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let picture = io::read_image(&args.panorama)?;
-    let map = if picture.encoding == SourceEncoding::LinearFloat { WorkingMap::from_hdr(&picture.radiance) } else { WorkingMap::from_ldr(&picture.radiance) };
-    let d = detect::detect(&map, &detect::Params::default());
+    let map = if picture.encoding == SourceEncoding::LinearFloat {
+        WorkingMap::from_hdr(&picture.radiance)
+    } else {
+        WorkingMap::from_ldr(&picture.radiance)
+    };
+    let d = if std::env::var("CL").is_ok() {
+        pano_light::clipped::detect(&picture.radiance, &map, &Default::default())
+    } else {
+        detect::detect(&map, &detect::Params::default())
+    };
     output::print_json(&Listing::from(&d))
 }

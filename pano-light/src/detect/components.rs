@@ -4,7 +4,7 @@ use pano_core::image::Image;
 
 /// The components of `mask`, as indices of their pixels, in the order their first pixels are met: 8-connected, the left
 /// and the right edge of the picture are neighbours. Found breadth-first.
-pub(super) fn components(mask: &Image<bool>) -> Vec<Vec<usize>> {
+pub(crate) fn components(mask: &Image<bool>) -> Vec<Vec<usize>> {
     let (w, h) = mask.size();
     let mut open = mask.data().to_vec();
     let mut found = Vec::new();

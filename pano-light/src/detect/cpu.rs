@@ -4,39 +4,48 @@ use super::components::components;
 use super::{Detection, Params, excess};
 use crate::WorkingMap;
 use crate::expand::LUMA_WEIGHTS;
+use crate::grid::grid;
 use crate::remap::intensity_factor;
-use glam::{DVec3, Vec2};
+use glam::DVec3;
 use pano_core::image::Image;
 use pano_core::light::DirectionalLight;
-use pano_core::sphere;
 
 /// The upper half's size.
 const SIZE: (usize, usize) = (WorkingMap::WIDTH, WorkingMap::HEIGHT / 2);
 
+/// The threshold, and what it is made of.
+#[derive(Clone, Debug)]
+pub(crate) struct Statistics {
+    pub(crate) mean: f64,
+    pub(crate) sigma: f64,
+    /// Luminance of the upper half after the blur.
+    blurred: Image<f32>,
+}
+
+impl Statistics {
+    /// Of the upper half of `map`.
+    pub(crate) fn of(map: &WorkingMap, params: &Params) -> Self {
+        let (w, h) = SIZE;
+        let luminance = Image::from_fn(w, h, |x, y| map.radiance().get(x, y).dot(LUMA_WEIGHTS));
+        let blurred = box_blur(&luminance, params.blur_radius);
+        let n = (w * h) as f64;
+        let mean = blurred.data().iter().map(|&y| f64::from(y)).sum::<f64>() / n;
+        // In two passes: the mean of squares minus the square of the mean cancels in a constant map, which has no lights.
+        let variance = blurred.data().iter().map(|&y| (f64::from(y) - mean).powi(2)).sum::<f64>() / n;
+        Self { mean, sigma: variance.sqrt(), blurred }
+    }
+}
+
 /// See [`super::detect`].
 pub(super) fn detect(map: &WorkingMap, params: &Params) -> Detection {
     let (w, h) = SIZE;
-    let upper = &map.radiance().data()[..w * h];
-    let luminance = Image::from_fn(w, h, |x, y| upper[y * w + x].dot(LUMA_WEIGHTS));
-    let blurred = box_blur(&luminance, params.blur_radius);
-
-    let n = (w * h) as f64;
-    let mean = blurred.data().iter().map(|&y| f64::from(y)).sum::<f64>() / n;
-    // In two passes: the mean of squares minus the square of the mean cancels in a constant map, which has no lights.
-    let variance = blurred.data().iter().map(|&y| (f64::from(y) - mean).powi(2)).sum::<f64>() / n;
-    let sigma = variance.sqrt();
+    let Statistics { mean, sigma, blurred } = Statistics::of(map, params);
     let threshold = mean + params.sigmas * sigma;
-
     let mask = blurred.map(|y| f64::from(y) > threshold);
     let components = components(&mask);
-    let solid_angles: Vec<f64> =
-        (0..h).map(|row| sphere::pixel_solid_angle(WorkingMap::WIDTH, WorkingMap::HEIGHT, row)).collect();
     // A component in which only the blur exceeds the threshold gives no light.
-    let mut lights: Vec<(DirectionalLight, usize)> = components
-        .iter()
-        .enumerate()
-        .filter_map(|(i, pixels)| Some((light(map, pixels, &solid_angles, threshold as f32)?, i)))
-        .collect();
+    let mut lights: Vec<(DirectionalLight, usize)> =
+        components.iter().enumerate().filter_map(|(i, pixels)| Some((light(map, pixels, threshold as f32)?, i))).collect();
     let found = lights.len();
     // Stable: of equal lights the first pixel decides.
     lights.sort_by(|(a, _), (b, _)| luma(b).total_cmp(&luma(a)));
@@ -56,7 +65,7 @@ fn luma(light: &DirectionalLight) -> f32 {
 }
 
 /// How many of the lights, strongest first, have the share `keep` of the light of all.
-fn strongest(irradiances: impl Iterator<Item = f32> + Clone, keep: f32) -> usize {
+pub(crate) fn strongest(irradiances: impl Iterator<Item = f32> + Clone, keep: f32) -> usize {
     let total: f64 = irradiances.clone().map(f64::from).sum();
     let mut sum = 0.0;
     let enough = |y: f32| {
@@ -68,17 +77,16 @@ fn strongest(irradiances: impl Iterator<Item = f32> + Clone, keep: f32) -> usize
 }
 
 /// One component's light; `None` if none of its pixels exceeds the threshold.
-fn light(map: &WorkingMap, pixels: &[usize], solid_angles: &[f64], threshold: f32) -> Option<DirectionalLight> {
-    let (w, h) = (WorkingMap::WIDTH, WorkingMap::HEIGHT);
+fn light(map: &WorkingMap, pixels: &[usize], threshold: f32) -> Option<DirectionalLight> {
     // f64: thousands of dim pixels beside a sun of 1e5.
+    let grid = grid();
     let (mut irradiance, mut axis, mut solid_angle) = (DVec3::ZERO, DVec3::ZERO, 0.0);
     for &pixel in pixels {
-        let (x, y) = (pixel % w, pixel / w);
-        let e = excess(map.radiance().data()[pixel], threshold).as_dvec3() * solid_angles[y];
-        let d = sphere::direction_from_uv(Vec2::new((x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32));
+        let area = grid.solid_angle(pixel);
+        let e = excess(map.radiance().data()[pixel], threshold).as_dvec3() * area;
         irradiance += e;
-        axis += d.as_dvec3() * e.dot(LUMA_WEIGHTS.as_dvec3());
-        solid_angle += solid_angles[y];
+        axis += grid.direction(pixel).as_dvec3() * e.dot(LUMA_WEIGHTS.as_dvec3());
+        solid_angle += area;
     }
     let irradiance = irradiance.as_vec3();
     // Every direction of the upper half has a part upwards, so that the sum vanishes only with the light.

@@ -23,6 +23,9 @@
 mod components;
 mod cpu;
 
+pub(crate) use components::components;
+pub(crate) use cpu::{Statistics, strongest};
+
 use crate::WorkingMap;
 use glam::Vec3;
 use pano_core::image::{Image, RadianceImage};
@@ -59,7 +62,7 @@ pub struct Detection {
     /// Strongest first. Directions are in the panorama's frame.
     pub lights: Vec<DirectionalLight>,
     /// Per pixel of the upper half: whether it belongs to one of `lights`.
-    lit: Image<bool>,
+    pub(crate) lit: Image<bool>,
 }
 
 /// Finds the lights of `map`.
@@ -87,7 +90,7 @@ impl Detection {
 
 /// What of a pixel's radiance exceeds the luminance `threshold`: L − L·min(1, Y_t/Y).
 #[inline]
-fn excess(radiance: Vec3, threshold: f32) -> Vec3 {
+pub(crate) fn excess(radiance: Vec3, threshold: f32) -> Vec3 {
     let y = radiance.dot(crate::expand::LUMA_WEIGHTS);
     if y > threshold { radiance * (1.0 - threshold / y) } else { Vec3::ZERO }
 }
