@@ -3,10 +3,13 @@
 //! - [`composite`] puts traced layers over the photo, builds the channels of a layered picture, and encodes 8-bit output.
 //! - [`plan`] says which effects a scene calls for, and why.
 //!
+//! - [`annotate`] writes on pictures and marks lights (feature `annotate`).
 //! - [`demo`] does all of it in a room made in code, and compares with the truth (feature `demo`).
 //!
 //! Without the default feature `pipeline` the crate depends on `pano-core` alone.
 
+#[cfg(feature = "annotate")]
+pub mod annotate;
 pub mod composite;
 #[cfg(feature = "demo")]
 pub mod demo;

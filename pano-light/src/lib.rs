@@ -18,7 +18,11 @@ pub mod clipped;
 pub mod detect;
 pub mod expand;
 mod grid;
+pub mod ibl;
 pub mod remap;
+#[cfg(test)]
+mod test_maps;
+pub mod track;
 mod working;
 
 pub use working::WorkingMap;

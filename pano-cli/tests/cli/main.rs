@@ -2,5 +2,6 @@
 
 mod compare;
 mod info;
+mod lights;
 mod render;
 mod support;

@@ -13,6 +13,9 @@ use pano_core::light::DirectionalLight;
 /// The upper half's size.
 const SIZE: (usize, usize) = (WorkingMap::WIDTH, WorkingMap::HEIGHT / 2);
 
+/// A standard deviation below this share of the mean is one of rounding: a constant map that was resampled has no lights.
+const ROUNDING: f64 = 1e-5;
+
 /// The threshold, and what it is made of.
 #[derive(Clone, Debug)]
 pub(crate) struct Statistics {
@@ -41,7 +44,8 @@ pub(super) fn detect(map: &WorkingMap, params: &Params) -> Detection {
     let (w, h) = SIZE;
     let Statistics { mean, sigma, blurred } = Statistics::of(map, params);
     let threshold = mean + params.sigmas * sigma;
-    let mask = blurred.map(|y| f64::from(y) > threshold);
+    let flat = sigma <= ROUNDING * mean;
+    let mask = blurred.map(|y| !flat && f64::from(y) > threshold);
     let components = components(&mask);
     // A component in which only the blur exceeds the threshold gives no light.
     let mut lights: Vec<(DirectionalLight, usize)> =
