@@ -58,10 +58,13 @@ pub fn draw_lights(panorama: &mut RadianceImage, marks: &[LightMark]) {
 }
 
 impl LightMark {
-    /// A light with its rank (1 is the strongest), the luminance of its irradiance, and its height in degrees.
+    /// A light with its rank (1 is the strongest); of the strongest also the luminance of its irradiance and its solid angle,
+    /// which for all of a dozen lights would hide the picture.
     pub fn ranked(rank: usize, light: DirectionalLight) -> Self {
-        let height = light.direction.y.clamp(-1.0, 1.0).asin().to_degrees();
-        let label = format!("{rank} E{:.3} {:.4}sr {height:.0}deg", color::luminance(light.irradiance), light.solid_angle);
+        let label = match rank {
+            1..=3 => format!("{rank} E={:.3} {:.4}sr", color::luminance(light.irradiance), light.solid_angle),
+            _ => rank.to_string(),
+        };
         Self { light, label }
     }
 }
