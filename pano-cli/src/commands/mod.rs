@@ -6,6 +6,7 @@ mod expand;
 mod info;
 mod lights;
 mod render;
+mod tradeoff;
 
 use crate::failure::Failure;
 
@@ -16,6 +17,8 @@ pub(crate) enum Command {
     Demo(demo::Args),
     /// Put the objects of a scene into its panorama
     Render(render::Args),
+    /// Show what accuracy costs in time: error against time for every knob, as tables, charts and a page
+    Tradeoff(tradeoff::Args),
     /// Say how far two pictures are apart
     Compare(compare::Args),
     /// Say what panoramas, depth maps, meshes and scenes hold, and what is wrong with them
@@ -32,6 +35,7 @@ impl Command {
         match self {
             Self::Demo(args) => demo::run(args),
             Self::Render(args) => render::run(args),
+            Self::Tradeoff(args) => tradeoff::run(args),
             Self::Compare(args) => compare::run(args),
             Self::Info(args) => info::run(args),
             Self::Lights(args) => lights::run(args),
