@@ -2,7 +2,9 @@
 
 mod compare;
 mod demo;
+mod expand;
 mod info;
+mod lights;
 mod plan;
 mod render;
 mod tradeoff;
@@ -24,6 +26,10 @@ pub(crate) enum Command {
     Compare(compare::Args),
     /// Say what panoramas, depth maps, meshes and scenes hold, and what is wrong with them
     Info(info::Args),
+    /// Find the lights of a panorama
+    Lights(lights::Args),
+    /// Turn a picture of low dynamic range into radiance
+    Expand(expand::Args),
 }
 
 impl Command {
@@ -36,6 +42,8 @@ impl Command {
             Self::Tradeoff(args) => tradeoff::run(args),
             Self::Compare(args) => compare::run(args),
             Self::Info(args) => info::run(args),
+            Self::Lights(args) => lights::run(args),
+            Self::Expand(args) => expand::run(args),
         }
     }
 }

@@ -15,7 +15,6 @@ mod reference;
 mod sheet;
 mod smooth;
 mod survey;
-mod text;
 
 pub use numbers::{MethodNumbers, Numbers, ReferenceCost, Score, Scores};
 

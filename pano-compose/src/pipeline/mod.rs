@@ -7,6 +7,7 @@
 mod error;
 mod estimate;
 mod folder;
+mod lights;
 mod load;
 mod output;
 mod sequence;
@@ -17,6 +18,7 @@ mod world;
 pub use error::{Error, Result};
 pub use estimate::{Plan, PlannedStage, plan};
 pub use folder::Folder;
+pub use lights::Detector;
 pub use load::{Inputs, Loader, prepare_objects};
 pub use output::write_output;
 pub use sequence::Sequence;
@@ -29,17 +31,19 @@ use crate::plan::EffectPlan;
 #[cfg(any(feature = "demo", feature = "tradeoff"))]
 pub(crate) use folder::write_text;
 use glam::Vec3;
+use lights::Lights;
 use pano_core::{
     camera::{Camera, Projection},
-    image::RadianceImage,
+    image::{Image, RadianceImage},
     io::SourceEncoding,
     layers::TracedLayers,
     progress::Progress,
     random::Stream,
-    scene::Scene,
+    scene::{Method, Scene},
     sphere,
 };
 use pano_denoise::cross_bilateral;
+use pano_trace::mr360;
 use pano_trace::objects::Objects;
 use pano_trace::tracer::{self, TraceParams, Traced};
 pub(crate) use stats::Clock;
@@ -88,6 +92,8 @@ pub struct Rendered {
     pub encoding: SourceEncoding,
     /// What was traced (and filtered).
     pub layers: TracedLayers,
+    /// Per light, strongest first, the share of it that reaches what the pixel shows; of `mr360` only.
+    pub shadows: Vec<Image<f32>>,
     /// The composite.
     pub composite: Composite,
     /// What was done.
@@ -103,12 +109,28 @@ pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -
 }
 
 /// [`render`] with the world already built: for more than one picture of it.
+#[cfg(any(feature = "demo", feature = "tradeoff"))]
 pub(crate) fn render_in_world(
     scene: &Scene,
     inputs: &Inputs,
     objects: &Objects,
     world: &World,
     options: &RenderOptions,
+    clock: Clock,
+    progress: &dyn Progress,
+) -> Result<Rendered> {
+    render_lit(scene, inputs, objects, world, options, &mut Lights::new(), clock, progress)
+}
+
+/// [`render_in_world`] as the next frame of those whose lights are followed in `lights`.
+#[expect(clippy::too_many_arguments, reason = "what a frame is made of; all callers have it in these variables")]
+fn render_lit(
+    scene: &Scene,
+    inputs: &Inputs,
+    objects: &Objects,
+    world: &World,
+    options: &RenderOptions,
+    lights: &mut Lights,
     mut clock: Clock,
     progress: &dyn Progress,
 ) -> Result<Rendered> {
@@ -116,9 +138,15 @@ pub(crate) fn render_in_world(
     let method = resolve_method(scene, inputs, &mut warnings)?;
     let camera = scene.camera(inputs.photo.size());
     let pixels = (camera.width * camera.height) as u64;
-    let plan = EffectPlan::for_scene(&inputs.facts(scene, method));
     let (photo, lighting) = view_of_photo(scene, inputs, world, &camera)?;
     clock.stage("view", pixels, 0);
+    let mut facts = inputs.facts(scene, method);
+    let found = (method == Method::Mr360).then(|| lights.frame(scene, inputs, &options.settings));
+    if let Some(found) = &found {
+        facts.lights = Some(found.lights.len());
+        clock.stage("lights", inputs.photo.data().len() as u64, 0);
+    }
+    let plan = EffectPlan::for_scene(&facts);
 
     let params = TraceParams {
         method: world::tracer_method(method),
@@ -129,8 +157,25 @@ pub(crate) fn render_in_world(
     };
     let stream = Stream { frame: options.frame, seed: options.seed };
     let frame = tracer::Frame { camera: &camera, objects, stream };
+    let mut shadows = Vec::new();
     let Traced { mut layers, rays, discarded } = if objects.is_empty() {
         Traced { layers: TracedLayers::empty(camera.width, camera.height), rays: 0, discarded: 0 }
+    } else if let Some(found) = &found {
+        let params = mr360::Params {
+            samples: scene.render.samples,
+            shadows: plan.is_on("light_shadows"),
+            ambient_occlusion: plan.is_on("ambient_occlusion"),
+            gloss: options.settings.gloss,
+            gloss_roughness: options.settings.gloss_roughness,
+            photo: &photo,
+        };
+        let lit = match world {
+            World::Proxies(world) => mr360::render(&frame, world.as_ref(), found, &params, progress),
+            World::Captured(world) => mr360::render(&frame, world.as_ref(), found, &params, progress),
+        };
+        let lit = lit.ok_or(Error::Cancelled)?;
+        shadows = lit.shadows;
+        lit.traced
     } else {
         let traced = match world {
             World::Proxies(world) => tracer::render(&frame, world.as_ref(), &params, progress),
@@ -143,7 +188,8 @@ pub(crate) fn render_in_world(
     }
     clock.stage("trace", pixels, rays);
 
-    if let Some(lighting) = lighting {
+    // MR360 has the photo itself for the surfaces' colour.
+    if let Some(lighting) = lighting.filter(|_| found.is_none()) {
         rescale_delta(&mut layers, &photo, &lighting);
     }
     if options.denoise && !objects.is_empty() {
@@ -173,7 +219,7 @@ pub(crate) fn render_in_world(
     }
     clock.stage("composite", pixels, 0);
     let stats = clock.finish(method.name(), plan, warnings);
-    Ok(Rendered { camera, photo, encoding: inputs.encoding, layers, composite: out, stats })
+    Ok(Rendered { camera, photo, encoding: inputs.encoding, layers, shadows, composite: out, stats })
 }
 
 /// The photo in the view and, for LDR input, the inversely tone-mapped one that lights the objects.

@@ -6,7 +6,7 @@ use pano_core::image::Image;
 use pano_core::io::{self, SourceEncoding};
 use std::path::Path;
 
-/// Writes the composite: all layers to `.exr`; otherwise the composite alone, display-encoded, as the name's extension says
+/// Writes the composite: all layers to `.exr`, with `shadow.<light>.V` of each light where the method has them; otherwise the composite alone, display-encoded, as the name's extension says
 /// (`.png` with 16 bits a channel if the panorama had them).
 ///
 /// # Errors
@@ -14,7 +14,10 @@ use std::path::Path;
 pub fn write_output(path: &Path, rendered: &Rendered) -> Result<()> {
     let extension = |e: &str| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e));
     if extension("exr") {
-        let channels = exr_channels(&rendered.composite, &rendered.layers, &rendered.photo)?;
+        let mut channels = exr_channels(&rendered.composite, &rendered.layers, &rendered.photo)?;
+        for (light, shadow) in rendered.shadows.iter().enumerate() {
+            channels.push((format!("shadow.{light}.V"), shadow.clone()));
+        }
         let channels: Vec<(&str, &Image<f32>)> = channels.iter().map(|(name, image)| (name.as_str(), image)).collect();
         io::write_exr(path, &channels, &[("pano:depth_kind", "ray")])?;
     } else if extension("png") && rendered.encoding == SourceEncoding::Srgb16 {

@@ -1,6 +1,6 @@
 //! `--set key=value`: the knobs that are neither in the scene file nor among the common options.
 
-use super::{Error, Result};
+use super::{Detector, Error, Result};
 use pano_denoise::cross_bilateral;
 use pano_trace::tracer::Mis;
 use pano_trace::world::CapturedOptions;
@@ -19,6 +19,9 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "mis", help: "balance | light | bsdf: which strategies sample direct light (balance)" },
     Setting { key: "second_order", help: "true | false: changed surfaces change one another and show in objects (true)" },
     Setting { key: "delta_passes", help: "1–16: how often the change of real surfaces is filtered (3)" },
+    Setting { key: "detector", help: "mr360 | clipped: how mr360 finds the lights of an LDR picture (mr360)" },
+    Setting { key: "gloss", help: "0–1: how much real surfaces mirror the objects with mr360; 1 is a polished floor (0)" },
+    Setting { key: "gloss_roughness", help: "0–1: how blurred that mirror image is (0.3)" },
     Setting { key: "reflectance_cap", help: "0–1: largest diffuse reflectance read off the picture (0.9)" },
     Setting { key: "field_resolution", help: "quads along a cube face of the depth field; 0: the panorama's own (0)" },
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
@@ -37,6 +40,12 @@ pub struct Settings {
     pub second_order: bool,
     /// `delta_passes`.
     pub delta_passes: u32,
+    /// `detector`.
+    pub detector: Detector,
+    /// `gloss`.
+    pub gloss: f32,
+    /// `gloss_roughness`.
+    pub gloss_roughness: f32,
     /// How a captured field is prepared.
     pub captured: CapturedOptions,
 }
@@ -47,6 +56,9 @@ impl Default for Settings {
             mis: Mis::Balance,
             second_order: true,
             delta_passes: cross_bilateral::Params::default().delta_passes,
+            detector: Detector::default(),
+            gloss: 0.0,
+            gloss_roughness: 0.3,
             captured: CapturedOptions::default(),
         }
     }
@@ -76,6 +88,15 @@ impl Settings {
             }
             "second_order" => self.second_order = value.parse().map_err(|_| bad())?,
             "delta_passes" => self.delta_passes = count(1, 16)?,
+            "detector" => {
+                self.detector = match value {
+                    "mr360" => Detector::Mr360,
+                    "clipped" => Detector::Clipped,
+                    _ => return Err(bad()),
+                }
+            }
+            "gloss" => self.gloss = number(0.0, 1.0)?,
+            "gloss_roughness" => self.gloss_roughness = number(0.0, 1.0)?,
             "reflectance_cap" => self.captured.reflectance_cap = number(0.0, 1.0)?,
             "field_resolution" => self.captured.field.resolution = count(0, 4096)? as usize,
             "gap_contrast" => self.captured.field.gap_contrast = number(1.0, 1e6)?,

@@ -56,13 +56,14 @@ pub fn resolve_method(scene: &Scene, inputs: &Inputs, warnings: &mut Vec<String>
                 warnings.push("no depth, no proxy and no camera_height: nothing real receives shadows".into());
             } else if inputs.depth.is_none() && inputs.encoding != SourceEncoding::LinearFloat {
                 warnings.push("an LDR panorama lights the scene by inverse tone mapping; shadows are estimates".into());
+                return Ok(Method::Mr360);
             }
             Ok(Method::Dpt)
         }
-        method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl) => Ok(method),
+        method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl | Method::Mr360) => Ok(method),
         method => Err(Error::unsupported(
             format!("method `{}` is not in this version", method.name()),
-            "use dpt, onepass, twopass, ibl or auto",
+            "use dpt, mr360, onepass, twopass, ibl or auto",
         )),
     }
 }
