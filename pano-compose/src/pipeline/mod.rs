@@ -109,7 +109,6 @@ pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -
 }
 
 /// [`render`] with the world already built: for more than one picture of it.
-#[cfg(any(feature = "demo", feature = "tradeoff"))]
 pub(crate) fn render_in_world(
     scene: &Scene,
     inputs: &Inputs,
