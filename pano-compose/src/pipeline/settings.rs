@@ -22,7 +22,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "field_resolution", help: "quads along a cube face of the depth field; 0: the panorama's own (0)" },
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
     Setting { key: "gap_relative", help: "> 0: …and larger than this share of the depth (0.01)" },
-    Setting { key: "gap_thickness", help: "≥ 0: depth of the unseen side at a gap, as a share of the distance (0.5)" },
+    Setting { key: "back_faces", help: "true | false: things have back faces at depth gaps (true)" },
     Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map near objects (1024)" },
     Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (16)" },
 ];
@@ -74,7 +74,7 @@ impl Settings {
             "field_resolution" => self.captured.field.resolution = count(0, 4096)? as usize,
             "gap_contrast" => self.captured.field.gap_contrast = number(1.0, 1e6)?,
             "gap_relative" => self.captured.field.gap_relative = number(1e-6, 1.0)?,
-            "gap_thickness" => self.captured.field.gap_thickness = number(0.0, 1e6)?,
+            "back_faces" => self.captured.field.back_faces = value.parse().map_err(|_| bad())?,
             "irradiance_width" => self.captured.irradiance_width = count(8, 4096)? as usize,
             "irradiance_samples" => self.captured.irradiance_samples = count(1, 65536)?,
             _ => unreachable!("every key of SETTINGS is matched: {key}"),

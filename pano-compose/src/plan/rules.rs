@@ -29,7 +29,9 @@ pub(super) fn decide(effect: &str, facts: &SceneFacts) -> (bool, String) {
         }
         "ambient_occlusion" => off("not available yet: occlusion from the directions of the lights only"),
         "back_faces" if !facts.has_depth => off("the panorama has no depth, so it has no depth gaps to guess behind"),
-        "back_faces" => off("not available yet: rays that pass behind a depth gap go on to the next layer"),
+        "back_faces" if is_ibl(facts) => off("ibl looks at infinity only"),
+        "back_faces" if facts.no_back_faces => off("switched off: rays that pass behind a depth gap go on to the next layer"),
+        "back_faces" => on("the panorama has depth: what it could not see of things gets a back face that mirrors the front"),
         "sparse" if !facts.is_sequence => off("a still has no earlier frames to fill the gaps between sparse samples"),
         "sparse" => off("not available yet: every pixel of every frame is traced"),
         "temporal" if !facts.is_sequence => off("a still has no earlier frames"),
