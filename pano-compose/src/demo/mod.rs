@@ -95,7 +95,7 @@ pub struct Demo {
     /// The captured panorama.
     pub panorama: Arc<RadianceImage>,
     /// Its distance along the ray in metres; infinite in the window.
-    pub depth: Image<f32>,
+    pub depth: Arc<Image<f32>>,
     /// The view onto the table.
     pub camera: Camera,
     /// The composites, in the order of [`METHODS`].
@@ -150,7 +150,7 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
         photo: Arc::new(radiance),
         lighting: None,
         encoding: SourceEncoding::LinearFloat,
-        depth: Some(depth),
+        depth: Some(Arc::new(depth)),
         meshes: place.objects.clone(),
         proxy_meshes: Vec::new(),
         warnings: Vec::new(),
@@ -178,7 +178,7 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
 
     let mut demo = Demo {
         panorama: inputs.photo,
-        depth: inputs.depth.unwrap_or_else(|| Image::filled(1, 1, f32::INFINITY)),
+        depth: inputs.depth.unwrap_or_else(|| Arc::new(Image::filled(1, 1, f32::INFINITY))),
         camera,
         composites,
         truth,

@@ -13,7 +13,7 @@ use pano_core::{
     sphere,
 };
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Everything a scene names, in memory.
@@ -26,7 +26,7 @@ pub struct Inputs {
     /// How the panorama's file stored its colours.
     pub encoding: SourceEncoding,
     /// Distance along the ray in metres, infinite where nothing is.
-    pub depth: Option<Image<f32>>,
+    pub depth: Option<Arc<Image<f32>>>,
     /// The objects' meshes, in the scene's order.
     pub meshes: Vec<Arc<PreparedMesh>>,
     /// The proxies' meshes, in the scene's order; `None` for planes.
@@ -67,31 +67,89 @@ impl Inputs {
 /// Least factor of MR360's inverse tone mapping: what is not bright keeps its value if the map is divided by it.
 const LEAST_EXPANSION: f32 = 1.8;
 
-/// Reads what `scene` names, for frame `frame`.
-///
-/// # Errors
-/// The first file at fault.
-pub fn load_inputs(scene: &Scene, frame: u32) -> Result<Inputs> {
-    let mut warnings = Vec::new();
-    let path = scene.panorama.color.path(frame);
-    let picture = io::read_image(&path)?;
-    let (w, h) = picture.radiance.size();
-    if w != 2 * h {
-        return Err(pano_core::Error::file(
-            &path,
-            format!("the picture is {w}×{h}, which is not 2:1"),
-            "give an equirectangular panorama, twice as wide as high",
-        )
-        .into());
+/// Reads what a scene names, frame after frame; what frames share is read once.
+#[derive(Debug, Default)]
+pub struct Loader {
+    picture: Option<(PathBuf, Picture)>,
+    depth: Option<(PathBuf, DepthPicture)>,
+    meshes: Vec<(PathBuf, Arc<PreparedMesh>)>,
+}
+
+/// A panorama and what lights the scene in its place.
+#[derive(Clone, Debug)]
+struct Picture {
+    photo: Arc<RadianceImage>,
+    lighting: Option<Arc<RadianceImage>>,
+    encoding: SourceEncoding,
+    warning: Option<String>,
+}
+
+/// A depth map.
+#[derive(Clone, Debug)]
+struct DepthPicture {
+    distance: Arc<Image<f32>>,
+    warning: Option<String>,
+}
+
+impl Loader {
+    /// Everything `scene` names for frame `frame`.
+    ///
+    /// # Errors
+    /// The first file at fault.
+    pub fn load(&mut self, scene: &Scene, frame: u32) -> Result<Inputs> {
+        let picture = last_or(&mut self.picture, scene.panorama.color.path(frame), read_picture)?;
+        let mut warnings: Vec<String> = picture.warning.clone().into_iter().collect();
+        let depth = match &scene.panorama.depth {
+            None => None,
+            Some(source) => {
+                let depth = last_or(&mut self.depth, source.path(frame), |path| read_depth(scene, path))?;
+                warnings.extend(depth.warning.clone());
+                Some(depth.distance)
+            }
+        };
+        let meshes = scene.objects.iter().map(|o| self.mesh(&o.mesh)).collect::<Result<_>>()?;
+        let proxy_meshes = scene
+            .proxies
+            .iter()
+            .map(|p| match &p.shape {
+                ProxyShape::Plane { .. } => Ok(None),
+                ProxyShape::Mesh(path) => self.mesh(path).map(Some),
+            })
+            .collect::<Result<_>>()?;
+        let Picture { photo, lighting, encoding, .. } = picture;
+        Ok(Inputs { photo, lighting, encoding, depth, meshes, proxy_meshes, warnings })
     }
-    if !picture.report.is_clean() {
-        warnings.push(format!(
-            "{}: {} negative and {} non-finite values were set to 0",
-            path.display(),
-            picture.report.negative,
-            picture.report.not_finite
-        ));
+
+    /// The mesh of a file, read and given its hierarchy once.
+    fn mesh(&mut self, path: &Path) -> Result<Arc<PreparedMesh>> {
+        if let Some((_, mesh)) = self.meshes.iter().find(|(p, _)| p == path) {
+            return Ok(mesh.clone());
+        }
+        let mesh = Arc::new(PreparedMesh::new(read_mesh(path)?).map_err(Error::Core)?);
+        self.meshes.push((path.to_owned(), mesh.clone()));
+        Ok(mesh)
     }
+}
+
+/// What was read last, if it was from `path`; otherwise what `read` makes of it.
+fn last_or<T: Clone>(last: &mut Option<(PathBuf, T)>, path: PathBuf, read: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
+    match last {
+        Some((known, value)) if *known == path => Ok(value.clone()),
+        _ => {
+            let value = read(&path)?;
+            *last = Some((path, value.clone()));
+            Ok(value)
+        }
+    }
+}
+
+fn read_picture(path: &Path) -> Result<Picture> {
+    let picture = io::read_image(path)?;
+    check_equirectangular(path, picture.radiance.size())?;
+    let warning = (!picture.report.is_clean()).then(|| {
+        let (negative, not_finite) = (picture.report.negative, picture.report.not_finite);
+        format!("{}: {negative} negative and {not_finite} non-finite values were set to 0", path.display())
+    });
     let photo = Arc::new(picture.radiance);
     let lighting = if picture.encoding == SourceEncoding::LinearFloat {
         None
@@ -101,39 +159,28 @@ pub fn load_inputs(scene: &Scene, frame: u32) -> Result<Inputs> {
         hdr.data_mut().iter_mut().for_each(|p| *p /= LEAST_EXPANSION);
         Some(Arc::new(hdr))
     };
-    let mut depth = None;
-    if let Some(source) = &scene.panorama.depth {
-        let path = source.path(frame);
-        let read = io::read_depth(&path, &scene.panorama.depth_format, Projection::Panorama)?;
-        let (dw, dh) = read.size();
-        if dw != 2 * dh {
-            return Err(pano_core::Error::file(
-                &path,
-                format!("the depth is {dw}×{dh}, which is not 2:1 as the panorama is"),
-                "give the depth of the same panorama, at any 2:1 size",
-            )
-            .into());
-        }
-        if read.finite_pixels() == 0 {
-            warnings.push(format!("{}: no pixel has depth; everything is at infinity", path.display()));
-        }
-        let mut image = read.into_image();
-        if let Some(height) = scene.panorama.camera_height {
-            add_ground(&mut image, height);
-        }
-        depth = Some(image);
+    Ok(Picture { photo, lighting, encoding: picture.encoding, warning })
+}
+
+fn read_depth(scene: &Scene, path: &Path) -> Result<DepthPicture> {
+    let read = io::read_depth(path, &scene.panorama.depth_format, Projection::Panorama)?;
+    check_equirectangular(path, read.size())?;
+    let warning =
+        (read.finite_pixels() == 0).then(|| format!("{}: no pixel has depth; everything is at infinity", path.display()));
+    let mut image = read.into_image();
+    if let Some(height) = scene.panorama.camera_height {
+        add_ground(&mut image, height);
     }
-    let mut read = MeshReader::default();
-    let meshes = scene.objects.iter().map(|o| read.prepared(&o.mesh)).collect::<Result<_>>()?;
-    let proxy_meshes = scene
-        .proxies
-        .iter()
-        .map(|p| match &p.shape {
-            ProxyShape::Plane { .. } => Ok(None),
-            ProxyShape::Mesh(path) => read.prepared(path).map(Some),
-        })
-        .collect::<Result<_>>()?;
-    Ok(Inputs { photo, lighting, encoding: picture.encoding, depth, meshes, proxy_meshes, warnings })
+    Ok(DepthPicture { distance: Arc::new(image), warning })
+}
+
+/// Fails unless a picture of this size can be a whole panorama.
+fn check_equirectangular(path: &Path, (width, height): (usize, usize)) -> Result<()> {
+    if width == 2 * height {
+        return Ok(());
+    }
+    let problem = format!("it is {width}×{height}, which is not 2:1");
+    Err(pano_core::Error::file(path, problem, "give an equirectangular panorama, twice as wide as high").into())
 }
 
 /// Places the scene's objects as they are at frame `frame`.
@@ -163,24 +210,6 @@ fn add_ground(depth: &mut Image<f32>, height: f32) {
                 depth.set(x, y, height / down);
             }
         }
-    }
-}
-
-/// Reads each mesh file once.
-#[derive(Default)]
-struct MeshReader {
-    known: Vec<(PathBuf, Arc<PreparedMesh>)>,
-}
-
-impl MeshReader {
-    fn prepared(&mut self, path: &PathBuf) -> Result<Arc<PreparedMesh>> {
-        if let Some((_, mesh)) = self.known.iter().find(|(p, _)| p == path) {
-            return Ok(mesh.clone());
-        }
-        let mesh = PreparedMesh::new(read_mesh(path)?).map_err(Error::Core)?;
-        let mesh = Arc::new(mesh);
-        self.known.push((path.clone(), mesh.clone()));
-        Ok(mesh)
     }
 }
 

@@ -7,13 +7,15 @@
 mod error;
 mod load;
 mod output;
+mod sequence;
 mod settings;
 mod stats;
 mod world;
 
 pub use error::{Error, Result};
-pub use load::{Inputs, load_inputs, prepare_objects};
+pub use load::{Inputs, Loader, prepare_objects};
 pub use output::write_output;
+pub use sequence::Sequence;
 pub use settings::{SETTINGS, Setting, Settings};
 pub use stats::{StageStats, Stats};
 pub use world::{World, build_world, resolve_method};
@@ -22,8 +24,14 @@ use crate::composite::{Composite, composite};
 use crate::plan::EffectPlan;
 use glam::Vec3;
 use pano_core::{
-    camera::Camera, image::RadianceImage, io::SourceEncoding, layers::TracedLayers, progress::Progress, random::Stream,
-    scene::Scene, sphere,
+    camera::{Camera, Projection},
+    image::RadianceImage,
+    io::SourceEncoding,
+    layers::TracedLayers,
+    progress::Progress,
+    random::Stream,
+    scene::Scene,
+    sphere,
 };
 use pano_denoise::cross_bilateral;
 use pano_trace::objects::Objects;
@@ -51,7 +59,7 @@ pub struct RenderOptions {
     pub backend: Backend,
     /// Changes all random numbers.
     pub seed: u32,
-    /// Which frame of a sequence.
+    /// Which frame of a sequence, where only one is rendered.
     pub frame: u32,
     /// `--set key=value`.
     pub settings: Settings,
@@ -80,41 +88,12 @@ pub struct Rendered {
     pub stats: Stats,
 }
 
-/// Renders one frame of a scene.
+/// Renders one frame of a scene, [`RenderOptions::frame`].
 ///
 /// # Errors
 /// Faults of the files the scene names, of the options, or [`Error::Cancelled`].
 pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> Result<Rendered> {
-    if options.backend == Backend::Gpu {
-        return Err(Error::unsupported("no stage runs on the GPU in this version", "use --backend cpu or auto"));
-    }
-    let mut clock = Clock::new();
-    progress.begin("load", 1);
-    let inputs = load_inputs(scene, options.frame)?;
-    let objects = prepare_objects(scene, &inputs, options.frame);
-    progress.advance(1);
-    clock.stage("load", 0, 0);
-    render_inputs(scene, &inputs, &objects, options, clock, progress)
-}
-
-/// [`render`] with everything already in memory.
-fn render_inputs(
-    scene: &Scene,
-    inputs: &Inputs,
-    objects: &Objects,
-    options: &RenderOptions,
-    mut clock: Clock,
-    progress: &dyn Progress,
-) -> Result<Rendered> {
-    let mut warnings = inputs.warnings.clone();
-    // A method that does not exist is refused before the work.
-    resolve_method(scene, inputs, &mut Vec::new())?;
-    let world = build_world(scene, inputs, objects, &options.settings, &mut warnings, progress)?;
-    clock.stage("world", 0, 0);
-    let mut rendered = render_in_world(scene, inputs, objects, &world, options, clock, progress)?;
-    warnings.append(&mut rendered.stats.warnings);
-    rendered.stats.warnings = warnings;
-    Ok(rendered)
+    Sequence::new(scene, options).render(options.frame, progress)
 }
 
 /// [`render`] with the world already built: for more than one picture of it.
@@ -163,11 +142,9 @@ pub(crate) fn render_in_world(
     }
     if options.denoise && !objects.is_empty() {
         progress.begin("denoise", 1);
-        let params =
-            cross_bilateral::Params { wrap: camera.projection == pano_core::camera::Projection::Panorama, ..Default::default() };
-        let mut report = cross_bilateral::filter(&params, &mut layers)?;
-        report.delta.after =
-            filter_change_again(&params, options.settings.delta_passes, &mut layers)?.unwrap_or(report.delta.after);
+        let wrap = camera.projection == Projection::Panorama;
+        let params = cross_bilateral::Params { wrap, delta_passes: options.settings.delta_passes, ..Default::default() };
+        let report = cross_bilateral::filter(&params, &mut layers)?;
         for (layer, energy) in [("object", report.object), ("delta", report.delta)] {
             // The filter conserves energy but for edges; more than this would be visible.
             if energy.relative_change().abs() > 0.02 {
@@ -191,18 +168,6 @@ pub(crate) fn render_in_world(
     clock.stage("composite", pixels, 0);
     let stats = clock.finish(method.name(), plan, warnings);
     Ok(Rendered { camera, photo, encoding: inputs.encoding, layers, composite: out, stats })
-}
-
-/// Further passes over the change of the real surfaces, which is smoother than what objects show: its luminance sum
-/// afterwards, if there were any.
-fn filter_change_again(params: &cross_bilateral::Params, passes: u32, layers: &mut TracedLayers) -> Result<Option<f64>> {
-    let real = layers.coverage.map(|c| 1.0 - c);
-    let guides = cross_bilateral::Guides { depth: &layers.depth, normal: &layers.normal, albedo: &layers.albedo };
-    let mut after = None;
-    for _ in 1..passes {
-        after = Some(cross_bilateral::filter_layer(params, &guides, &real, &mut layers.delta)?.after);
-    }
-    Ok(after)
 }
 
 /// The photo in the view and, for LDR input, the inversely tone-mapped one that lights the objects.

@@ -1,6 +1,7 @@
 //! `--set key=value`: the knobs that are neither in the scene file nor among the common options.
 
 use super::{Error, Result};
+use pano_denoise::cross_bilateral;
 use pano_trace::tracer::Mis;
 use pano_trace::world::CapturedOptions;
 
@@ -42,7 +43,12 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { mis: Mis::Balance, second_order: true, delta_passes: 3, captured: CapturedOptions::default() }
+        Self {
+            mis: Mis::Balance,
+            second_order: true,
+            delta_passes: cross_bilateral::Params::default().delta_passes,
+            captured: CapturedOptions::default(),
+        }
     }
 }
 

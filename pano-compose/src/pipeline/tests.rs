@@ -242,7 +242,7 @@ fn camera_height_makes_a_ground() {
     let heading = "color = 'room.exr'\nposition = [2, 1.6, -1]\nheading = 70\ncamera_height = 1.6";
     for (panorama, front) in [(heading.to_owned(), None), (format!("{heading}\ndepth = 'half.exr'"), Some(1.0))] {
         let scene = place.scene(&panorama, "");
-        let inputs = load_inputs(&scene, 0).unwrap();
+        let inputs = Loader::default().load(&scene, 0).unwrap();
         let mut warnings = Vec::new();
         let objects = pano_trace::objects::Objects::new(&[]);
         let world = build_world(&scene, &inputs, &objects, &Settings::default(), &mut warnings, &Silent).unwrap();
@@ -275,14 +275,14 @@ fn ldr_panoramas_are_expanded_for_lighting_only() {
         scene.render.samples = 16;
         scene
     };
-    let inputs = load_inputs(&scene("room.png"), 0).unwrap();
+    let inputs = Loader::default().load(&scene("room.png"), 0).unwrap();
     let lighting = inputs.lighting.as_ref().expect("an LDR picture is expanded");
     // MR360: 10·Y¹⁰ + 1.8, and what is not bright keeps its value.
     assert!(
         (lighting.get(0, 0).x - 11.8 / 1.8).abs() < 1e-3
             && (lighting.get(0, 16).x / inputs.photo.get(0, 16).x - 1.0).abs() < 1e-3
     );
-    assert!(load_inputs(&scene("room.exr"), 0).unwrap().lighting.is_none());
+    assert!(Loader::default().load(&scene("room.exr"), 0).unwrap().lighting.is_none());
 
     let (ldr, hdr) = (run(&scene("room.png")), run(&scene("room.exr")));
     assert_eq!(bits(&ldr.photo), bits(&hdr.photo));

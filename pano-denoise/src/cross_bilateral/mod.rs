@@ -42,11 +42,22 @@ pub struct Params {
     /// Difference of 3×3 means, in standard deviations of the local noise of one pixel, at which a tap counts e^−½.
     /// Higher removes more noise and blurs fine shadows. Default 1.
     pub sigma_radiance: f32,
+    /// How often [`filter`] goes over the change of the real surfaces, ≥ 1: it is smoother than what objects show. The paper
+    /// filters once. Default 3.
+    pub delta_passes: u32,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { wrap: false, sigma_space: 2.0, sigma_depth: 0.02, sigma_normal: 0.2, sigma_albedo: 0.1, sigma_radiance: 1.0 }
+        Self {
+            wrap: false,
+            sigma_space: 2.0,
+            sigma_depth: 0.02,
+            sigma_normal: 0.2,
+            sigma_albedo: 0.1,
+            sigma_radiance: 1.0,
+            delta_passes: 3,
+        }
     }
 }
 
@@ -88,7 +99,7 @@ pub struct Report {
     pub delta: Energy,
 }
 
-/// Filters `object` and `delta` of `layers`, each by itself; everything else stays.
+/// Filters `object` and, [`Params::delta_passes`] times, `delta` of `layers`, each by itself; everything else stays.
 ///
 /// # Errors
 /// [`Error::Argument`] if a sigma is not > 0 or the layers differ in size.
@@ -96,7 +107,10 @@ pub fn filter(params: &Params, layers: &mut TracedLayers) -> Result<Report> {
     let guides = Guides { depth: &layers.depth, normal: &layers.normal, albedo: &layers.albedo };
     let object = filter_layer(params, &guides, &layers.coverage, &mut layers.object)?;
     let real = layers.coverage.map(|c| 1.0 - c);
-    let delta = filter_layer(params, &guides, &real, &mut layers.delta)?;
+    let mut delta = filter_layer(params, &guides, &real, &mut layers.delta)?;
+    for _ in 1..params.delta_passes {
+        delta.after = filter_layer(params, &guides, &real, &mut layers.delta)?.after;
+    }
     Ok(Report { object, delta })
 }
 

@@ -6,7 +6,7 @@ mod target;
 pub(crate) use args::Args;
 
 use crate::{failure::Failure, output, progress::Console};
-use pano_compose::pipeline::{self, RenderOptions, Stats};
+use pano_compose::pipeline::{self, Sequence, Stats};
 use pano_core::{
     Error, io,
     progress::Progress,
@@ -41,14 +41,15 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     args.stats.as_deref().map_or(Ok(()), target::check_writable)?;
 
     let console = Console::new();
+    let options = args.options();
+    let mut sequence = Sequence::new(&scene, &options);
     let mut all = vec![];
     let mut told = BTreeSet::new();
     for &frame in &frames {
         if frames.len() > 1 {
             console.frame(frame);
         }
-        let options = RenderOptions { frame, ..args.options() };
-        let rendered = pipeline::render(&scene, &options, &console)?;
+        let rendered = sequence.render(frame, &console)?;
         for warning in &rendered.stats.warnings {
             // Every frame of a sequence may have the same to say.
             if told.insert(warning.clone()) {
