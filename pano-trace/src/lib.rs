@@ -2,6 +2,7 @@
 
 pub mod bsdf;
 pub mod bvh;
+pub mod iprt;
 pub mod objects;
 pub mod prt;
 pub mod tracer;

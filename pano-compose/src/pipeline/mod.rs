@@ -5,6 +5,7 @@
 //! ```
 
 mod error;
+mod iprt;
 mod load;
 mod output;
 mod sequence;
@@ -20,7 +21,7 @@ pub use settings::{SETTINGS, Setting, Settings};
 pub use stats::{StageStats, Stats};
 pub use world::{World, build_world, resolve_method};
 
-use crate::composite::{Composite, composite};
+use crate::composite::{Composite, Irradiance, composite};
 use crate::plan::EffectPlan;
 use glam::Vec3;
 use pano_core::{
@@ -30,7 +31,7 @@ use pano_core::{
     layers::TracedLayers,
     progress::Progress,
     random::Stream,
-    scene::Scene,
+    scene::{Method, Scene},
     sphere,
 };
 use pano_denoise::cross_bilateral;
@@ -82,6 +83,8 @@ pub struct Rendered {
     pub encoding: SourceEncoding,
     /// What was traced (and filtered).
     pub layers: TracedLayers,
+    /// Irradiance of the real surfaces, of methods that find it.
+    pub irradiance: Option<Irradiance>,
     /// The composite.
     pub composite: Composite,
     /// What was done.
@@ -110,9 +113,17 @@ pub(crate) fn render_in_world(
     let method = resolve_method(scene, inputs, &mut warnings)?;
     let camera = scene.camera(inputs.photo.size());
     let pixels = (camera.width * camera.height) as u64;
-    let plan = EffectPlan::for_scene(&inputs.facts(scene, method));
+    let mut facts = inputs.facts(scene, method);
+    facts.no_back_faces = !options.settings.captured.field.back_faces;
+    let plan = EffectPlan::for_scene(&facts);
     let (photo, lighting) = view_of_photo(scene, inputs, world, &camera)?;
     clock.stage("view", pixels, 0);
+
+    if method == Method::Iprt {
+        let frame = iprt::Frame { scene, inputs, objects, world, options, camera: &camera };
+        let traced = iprt::trace(&frame, photo, lighting, &mut clock, &mut warnings, progress)?;
+        return finish(camera, inputs.encoding, traced, method.name(), plan, warnings, clock);
+    }
 
     let params = TraceParams {
         method: world::tracer_method(method),
@@ -157,6 +168,27 @@ pub(crate) fn render_in_world(
         progress.advance(1);
         clock.stage("denoise", pixels, 0);
     }
+    let traced = Filtered { photo, layers, irradiance: None };
+    finish(camera, inputs.encoding, traced, method.name(), plan, warnings, clock)
+}
+
+/// A frame before it is composited.
+struct Filtered {
+    photo: RadianceImage,
+    layers: TracedLayers,
+    irradiance: Option<Irradiance>,
+}
+
+/// The last stage.
+fn finish(
+    camera: Camera,
+    encoding: SourceEncoding,
+    Filtered { photo, layers, irradiance }: Filtered,
+    method: &str,
+    plan: EffectPlan,
+    mut warnings: Vec<String>,
+    mut clock: Clock,
+) -> Result<Rendered> {
     let mut out = Composite::new(camera.width, camera.height);
     let clamped = composite(&photo, &layers, &mut out)?;
     if clamped.pixels > 0 {
@@ -165,9 +197,9 @@ pub(crate) fn render_in_world(
             clamped.pixels, clamped.energy
         ));
     }
-    clock.stage("composite", pixels, 0);
-    let stats = clock.finish(method.name(), plan, warnings);
-    Ok(Rendered { camera, photo, encoding: inputs.encoding, layers, composite: out, stats })
+    clock.stage("composite", (camera.width * camera.height) as u64, 0);
+    let stats = clock.finish(method, plan, warnings);
+    Ok(Rendered { camera, photo, encoding, layers, irradiance, composite: out, stats })
 }
 
 /// The photo in the view and, for LDR input, the inversely tone-mapped one that lights the objects.

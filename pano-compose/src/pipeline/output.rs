@@ -14,7 +14,14 @@ use std::path::Path;
 pub fn write_output(path: &Path, rendered: &Rendered) -> Result<()> {
     let extension = |e: &str| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e));
     if extension("exr") {
-        let channels = exr_channels(&rendered.composite, &rendered.layers, &rendered.photo)?;
+        let mut channels = exr_channels(&rendered.composite, &rendered.layers, &rendered.photo)?;
+        if let Some(irradiance) = &rendered.irradiance {
+            for (layer, image) in [("irradiance_real", &irradiance.real), ("irradiance_mixed", &irradiance.mixed())] {
+                for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+                    channels.push((format!("{layer}.{name}"), image.map(|e| e[c])));
+                }
+            }
+        }
         let channels: Vec<(&str, &Image<f32>)> = channels.iter().map(|(name, image)| (name.as_str(), image)).collect();
         io::write_exr(path, &channels, &[("pano:depth_kind", "ray")])?;
     } else if extension("png") && rendered.encoding == SourceEncoding::Srgb16 {

@@ -60,9 +60,14 @@ pub fn resolve_method(scene: &Scene, inputs: &Inputs, warnings: &mut Vec<String>
             Ok(Method::Dpt)
         }
         method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl) => Ok(method),
+        Method::Iprt if inputs.depth.is_some() => Ok(Method::Iprt),
+        Method::Iprt => Err(Error::unsupported(
+            "method `iprt` traces rays against the panorama's depth, and there is none",
+            "give the panorama a `depth`, or use dpt",
+        )),
         method => Err(Error::unsupported(
             format!("method `{}` is not in this version", method.name()),
-            "use dpt, onepass, twopass, ibl or auto",
+            "use dpt, iprt, onepass, twopass, ibl or auto",
         )),
     }
 }
@@ -96,8 +101,13 @@ pub fn build_world(
         if !scene.proxies.is_empty() {
             warnings.push("the panorama has depth: proxies are not used".into());
         }
-        let world = CapturedWorld::new(radiance, depth, turn, capture, objects.clusters(), &settings.captured, progress)
-            .ok_or(Error::Cancelled)?;
+        let mut options = settings.captured;
+        if scene.render.method == Method::Iprt {
+            // Irradiance is what that method estimates itself.
+            (options.irradiance_width, options.irradiance_samples) = (8, 1);
+        }
+        let world =
+            CapturedWorld::new(radiance, depth, turn, capture, objects.clusters(), &options, progress).ok_or(Error::Cancelled)?;
         return Ok(World::Captured(Box::new(world)));
     }
     let from_picture = Reflectance::FromPicture { cap: settings.captured.reflectance_cap };

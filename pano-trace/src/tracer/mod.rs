@@ -15,6 +15,7 @@ mod ibl;
 mod path;
 mod render;
 
+pub(crate) use path::{First, Scene as PathScene};
 pub use render::{Frame, Traced, render};
 
 use crate::objects::Objects;

@@ -1,0 +1,134 @@
+//! The passes on the CPU, rayon over rows. Sums are `f64`, so that no finite input overflows.
+
+use super::{Guides, Params};
+use crate::surfaces::Surfaces;
+use crate::{Energy, to_f32, to_vec3};
+use glam::{DVec3, Vec3};
+use pano_core::image::Image;
+use rayon::prelude::*;
+
+/// The B-spline of a 5-tap row.
+const SPLINE: [f64; 5] = [1.0 / 16.0, 0.25, 0.375, 0.25, 1.0 / 16.0];
+/// Standard deviations below this share of the luminance are rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// One pixel of the signal between passes.
+#[derive(Clone, Copy, Default)]
+struct Pixel {
+    /// Without the premultiplication.
+    value: DVec3,
+    luminance: f64,
+    variance: f64,
+    /// Of the pixel, 0 where it takes no part.
+    share: f64,
+}
+
+/// See [`super::filter`]; arguments are checked there.
+pub(super) fn filter(
+    params: &Params,
+    guides: &Guides<'_>,
+    share: &Image<f32>,
+    variance: &mut Image<f32>,
+    signal: &mut Image<Vec3>,
+) -> Energy {
+    let width = signal.width();
+    let surfaces = Surfaces::new(guides.depth, guides.normal, params.wrap);
+    let before = signal.clone();
+    let mut pixels: Vec<Pixel> = (signal.data().iter().zip(share.data()).zip(variance.data()))
+        .map(|((&value, &share), &variance)| {
+            if !(share > 0.0 && value.is_finite()) {
+                return Pixel::default();
+            }
+            let share = f64::from(share.min(1.0));
+            let value = value.as_dvec3() / share;
+            let variance = if variance.is_finite() { f64::from(variance).max(0.0) } else { 0.0 };
+            Pixel { value, luminance: bright(value), variance, share }
+        })
+        .collect();
+    for level in 0..params.levels {
+        pixels = pass(params, &surfaces, &pixels, width, 1 << level);
+    }
+    for ((pixel, value), variance) in pixels.iter().zip(signal.data_mut()).zip(variance.data_mut()) {
+        if pixel.share > 0.0 {
+            *value = to_vec3(pixel.value * pixel.share);
+            *variance = to_f32(pixel.variance);
+        }
+    }
+    Energy::between(&before, signal)
+}
+
+/// One pass with taps `step` pixels apart.
+fn pass(params: &Params, surfaces: &Surfaces<'_>, pixels: &[Pixel], width: usize, step: isize) -> Vec<Pixel> {
+    let mut out = pixels.to_vec();
+    out.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        for (x, pixel) in row.iter_mut().enumerate() {
+            if pixel.share > 0.0 {
+                average(params, surfaces, pixels, (x, y), y * width + x, step, pixel);
+            }
+        }
+    });
+    out
+}
+
+fn average(
+    params: &Params,
+    surfaces: &Surfaces<'_>,
+    pixels: &[Pixel],
+    (x, y): (usize, usize),
+    p: usize,
+    step: isize,
+    out: &mut Pixel,
+) {
+    let center = pixels[p];
+    let mut taps = [(0usize, 0.0f64, 0isize, 0isize); 25];
+    let mut black = center.luminance == 0.0 && center.value == DVec3::ZERO;
+    let (mut spread, mut count) = (0.0, 0.0);
+    let mut used = 0;
+    for j in 0..5 {
+        for i in 0..5 {
+            let (dx, dy) = (i as isize - 2, j as isize - 2);
+            let Some(place) = surfaces.place(x, y, dx * step, dy * step) else { continue };
+            let tap = pixels[place.index];
+            if tap.share == 0.0 {
+                continue;
+            }
+            black &= tap.value == DVec3::ZERO;
+            let guide = surfaces.exponent(p, place, dx * step, dy * step, params.sigma_depth, params.sigma_normal);
+            taps[used] = (place.index, SPLINE[i] * SPLINE[j] * (-guide).exp(), dx, dy);
+            used += 1;
+        }
+    }
+    if black {
+        return;
+    }
+    // Variances are noisy themselves: a 3×3 mean over the same surface.
+    for &(q, weight, dx, dy) in &taps[..used] {
+        if dx.abs() <= 1 && dy.abs() <= 1 {
+            spread += pixels[q].variance * weight;
+            count += weight;
+        }
+    }
+    let deviation = if count > 0.0 { (spread / count).sqrt() } else { 0.0 };
+    let scale = f64::from(params.sigma_luminance) * deviation + ROUNDING * center.luminance.abs() + f64::MIN_POSITIVE;
+    let (mut sum, mut weights, mut variance) = (DVec3::ZERO, 0.0, 0.0);
+    for &(q, weight, ..) in &taps[..used] {
+        let tap = pixels[q];
+        // A larger share of the pixel is a better known value.
+        let weight = weight * tap.share * (-((tap.luminance - center.luminance).abs() / scale)).exp();
+        if weight > 0.0 {
+            sum += tap.value * weight;
+            weights += weight;
+            variance += tap.variance * weight * weight;
+        }
+    }
+    if weights > 0.0 && sum.is_finite() {
+        out.value = sum / weights;
+        out.luminance = bright(out.value);
+        out.variance = variance / (weights * weights);
+    }
+}
+
+/// Luminance of a value of any size or sign.
+fn bright(value: DVec3) -> f64 {
+    value.dot(pano_core::color::LUMINANCE_WEIGHTS.as_dvec3())
+}
