@@ -27,6 +27,12 @@ use std::f32::consts::PI;
 /// Base colours below this are not divided by: the filter then works on radiance.
 const LEAST_ALBEDO: f32 = 0.02;
 
+/// The first look at the change takes this share of the samples.
+const FIRST_LOOK: u32 = 8;
+/// Standard deviation, as a share of that measured, that the filter believes of a perfectly smooth surface: most of it is
+/// the picture in the mirror. Chosen on a mirror ball.
+const MIRROR_NOISE: f32 = 0.125;
+
 /// What the stages read.
 pub(super) struct Frame<'a> {
     pub(super) scene: &'a Scene,
@@ -71,17 +77,26 @@ pub(super) fn trace(
     let buffer = GBuffer::new(&traced, world);
     clock.stage("g-buffer", pixels, pixels);
 
-    let mut real = iprt::trace_real(&traced, world, &params, None, |_, _| true, progress).ok_or(Error::Cancelled)?;
-    clock.stage("real pixels", pixels, real.rays);
-    if frame.options.denoise {
-        filter_real(camera, &buffer, &mut real, warnings)?;
-        clock.stage("filter real", pixels, 0);
-    }
-    let irradiance = Irradiance { share: real.share, real: real.irradiance, change: real.change };
+    // What real surfaces change in one another and in what objects send back needs a first look at the change.
+    let mut panorama = iprt::unchanged();
     let lit = lighting.as_ref().unwrap_or(&photo);
-    let ratio = irradiance.ratio(lit, frame.options.settings.captured.reflectance_cap)?;
-    let panorama = iprt::panorama_ratio(&traced, world, &buffer, &ratio, frame.inputs.photo.size());
-    clock.stage("update", pixels, 0);
+    let mut first = None;
+    for samples in [params.samples.div_ceil(FIRST_LOOK), params.samples] {
+        let params = iprt::Params { samples, ..params };
+        let updated = UpdatedWorld::new(world, traced.capture, &panorama);
+        let mut real = iprt::trace_real(&traced, &updated, &params, None, |_, _| true, progress).ok_or(Error::Cancelled)?;
+        clock.stage("real pixels", pixels, real.rays);
+        if frame.options.denoise {
+            filter_real(camera, &buffer, &mut real, warnings)?;
+            clock.stage("filter real", pixels, 0);
+        }
+        let irradiance = Irradiance { share: real.share, real: real.irradiance, change: real.change };
+        let ratio = irradiance.ratio(lit, frame.options.settings.captured.reflectance_cap)?;
+        panorama = iprt::panorama_ratio(&traced, world, &buffer, &ratio, frame.inputs.photo.size());
+        clock.stage("update", pixels, 0);
+        first = Some((irradiance, ratio));
+    }
+    let Some((irradiance, ratio)) = first else { return Err(Error::Cancelled) };
 
     let updated = UpdatedWorld::new(world, traced.capture, &panorama);
     let mut seen = iprt::trace_virtual(&traced, &updated, &params, progress).ok_or(Error::Cancelled)?;
@@ -130,6 +145,9 @@ fn filter_virtual(camera: &Camera, buffer: &GBuffer, seen: &mut VirtualEstimate,
     }
     for (variance, &albedo) in seen.variance.data_mut().iter_mut().zip(albedo.data()) {
         *variance /= pano_core::color::luminance(albedo).powi(2);
+    }
+    for (variance, &smooth) in seen.variance.data_mut().iter_mut().zip(buffer.smooth.data()) {
+        *variance *= if smooth { MIRROR_NOISE * MIRROR_NOISE } else { 1.0 };
     }
     let guides = atrous::Guides { depth: &buffer.depth, normal: &buffer.normal };
     let params = atrous::Params { wrap, ..atrous::Params::default() };

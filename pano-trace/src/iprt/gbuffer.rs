@@ -19,6 +19,8 @@ pub struct GBuffer {
     pub position: Image<Vec3>,
     /// Base colour of objects, zero elsewhere.
     pub albedo: Image<Vec3>,
+    /// Whether the surface is perfectly smooth: what it shows has no noise, and no filter should touch it.
+    pub smooth: Image<bool>,
     /// What is seen: 0 for real surfaces and for nothing, n + 1 for the n-th object.
     pub thing: Image<u32>,
 }
@@ -29,6 +31,7 @@ struct Texel {
     normal: Vec3,
     position: Vec3,
     albedo: Vec3,
+    smooth: bool,
     thing: u32,
 }
 
@@ -47,6 +50,7 @@ impl GBuffer {
                         normal: surface.bsdf.normal(),
                         position: surface.position,
                         albedo: surface.albedo,
+                        smooth: surface.bsdf.is_specular(),
                         thing: hit.instance + 1,
                     }
                 }
@@ -64,6 +68,7 @@ impl GBuffer {
             normal: texels.map(|t| t.normal),
             position: texels.map(|t| t.position),
             albedo: texels.map(|t| t.albedo),
+            smooth: texels.map(|t| t.smooth),
             thing: texels.map(|t| t.thing),
         }
     }

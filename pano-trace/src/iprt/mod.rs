@@ -24,7 +24,7 @@ mod update;
 pub use gbuffer::GBuffer;
 pub use screen::{EXTENSION, ScreenObjects};
 pub use trace::{RealEstimate, VirtualEstimate, trace_real, trace_virtual};
-pub use update::{UpdatedWorld, panorama_ratio};
+pub use update::{UpdatedWorld, panorama_ratio, unchanged};
 
 use crate::objects::Objects;
 use glam::Vec3;

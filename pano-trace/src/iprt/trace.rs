@@ -1,6 +1,6 @@
 //! The two passes of Algorithm 1.
 
-use super::{Frame, Params, Reach, ScreenObjects};
+use super::{Frame, Params, Reach, ScreenObjects, UpdatedWorld};
 use crate::bsdf::concentric_disc;
 use crate::bvh::{InstanceHit, Ray};
 use crate::tracer::{First, PathScene as Scene, TraceParams, Tracer, Walk};
@@ -73,11 +73,26 @@ impl Moments {
     }
 }
 
-/// First pass: the pixels of real surfaces. Pixels where `wanted` is false are left at 0 and show no share. `None` if
-/// `progress` cancels.
+/// What the samples of a pixel of the first pass come to.
+#[derive(Clone, Copy, Debug)]
+struct RealPixel {
+    real: Moments,
+    change: Moments,
+    touched: bool,
+    samples: u32,
+}
+
+impl Default for RealPixel {
+    fn default() -> Self {
+        Self { real: Moments::default(), change: Moments::default(), touched: false, samples: 1 }
+    }
+}
+
+/// First pass: the pixels of real surfaces. E_R is that of the world itself; E_RV sees it as far as it is `updated` by an
+/// earlier pass. Pixels where `wanted` is false are left at 0 and show no share. `None` if `progress` cancels.
 pub fn trace_real<W: RealWorld>(
     frame: &Frame<'_>,
-    world: &W,
+    world: &UpdatedWorld<'_, W>,
     params: &Params,
     screen: Option<&ScreenObjects>,
     wanted: impl Fn(usize, usize) -> bool + Sync,
@@ -88,27 +103,25 @@ pub fn trace_real<W: RealWorld>(
     let tracer = Tracer { objects: frame.objects, world, params: &trace_params };
     let pass = Pass { frame, world, tracer: &tracer, params, screen };
     let rows = rows(w, h, "real pixels", progress, |x, y, rays| {
-        if wanted(x, y) { pass.real_pixel(UVec2::new(x as u32, y as u32), rays) } else { Default::default() }
+        if wanted(x, y) { pass.real_pixel(UVec2::new(x as u32, y as u32), rays) } else { RealPixel::default() }
     })?;
     let rays = rows.iter().map(|r| r.1).sum();
     let pixels = Image::from_vec(w, h, rows.into_iter().flat_map(|r| r.0).collect()).ok()?;
-    let n = params.samples;
     Some(RealEstimate {
-        share: pixels.map(|(real, ..): (Moments, Moments, bool)| real.share(n)),
-        irradiance: pixels.map(|(real, ..)| real.sum / n as f32),
-        change: pixels.map(|(_, change, _)| change.sum / n as f32),
-        irradiance_variance: pixels.map(|(real, ..)| real.variance_of_mean()),
-        change_variance: pixels.map(|(_, change, _)| change.variance_of_mean()),
-        touched: pixels.map(|(.., touched)| touched),
+        share: pixels.map(|p: RealPixel| p.real.share(p.samples)),
+        irradiance: pixels.map(|p| p.real.sum / p.samples as f32),
+        change: pixels.map(|p| p.change.sum / p.samples as f32),
+        irradiance_variance: pixels.map(|p| p.real.variance_of_mean()),
+        change_variance: pixels.map(|p| p.change.variance_of_mean()),
+        touched: pixels.map(|p| p.touched),
         rays,
     })
 }
 
-/// Second pass: the pixels of objects, in a `world` that the first pass has updated ([`super::UpdatedWorld`]). `None` if
-/// `progress` cancels.
+/// Second pass: the pixels of objects, in a `world` that the first pass has updated. `None` if `progress` cancels.
 pub fn trace_virtual<W: RealWorld>(
     frame: &Frame<'_>,
-    world: &W,
+    world: &UpdatedWorld<'_, W>,
     params: &Params,
     progress: &dyn Progress,
 ) -> Option<VirtualEstimate> {
@@ -156,29 +169,31 @@ fn rows<T: Send>(
 
 struct Pass<'a, W> {
     frame: &'a Frame<'a>,
-    world: &'a W,
-    tracer: &'a Tracer<'a, W>,
+    world: &'a UpdatedWorld<'a, W>,
+    tracer: &'a Tracer<'a, UpdatedWorld<'a, W>>,
     params: &'a Params,
     screen: Option<&'a ScreenObjects>,
 }
 
 impl<W: RealWorld> Pass<'_, W> {
-    /// Moments of E_R and of E_RV − E_R over the pixel's samples, and whether a ray met an object.
-    fn real_pixel(&self, at: UVec2, rays: &mut u64) -> (Moments, Moments, bool) {
-        let (mut real, mut change, mut touched) = (Moments::default(), Moments::default(), false);
-        for index in 0..self.params.samples {
+    fn real_pixel(&self, at: UVec2, rays: &mut u64) -> RealPixel {
+        let center = Ray::new(self.frame.camera.position, self.frame.camera.direction(at.as_vec2() + 0.5));
+        // Where objects take little of the light, fewer samples leave as little noise in the picture.
+        let thinning = self.world.hit(&center).map_or(1, |hit| self.tracer.thinning(&hit));
+        let mut pixel = RealPixel { samples: self.params.samples.div_ceil(thinning), ..RealPixel::default() };
+        for index in 0..pixel.samples {
             let mut walk = Walk { sampler: Sampler::new(at, index, self.frame.stream), rays: 0 };
             let (ray, pick) = self.camera_ray(at, &mut walk);
             if let First::Real(hit) = self.first(&ray, &mut walk) {
                 let hit = self.world.shown_surface(hit, ray.direction, pick);
-                let (e_r, e_change, met) = self.irradiance(&hit, &mut walk);
-                real.add(e_r);
-                change.add(e_change);
-                touched |= met;
+                let (real, change, touched) = self.irradiance(&hit, &mut walk);
+                pixel.real.add(real);
+                pixel.change.add(change);
+                pixel.touched |= touched;
             }
             *rays += walk.rays;
         }
-        (real, change, touched)
+        pixel
     }
 
     /// Moments of the objects' radiance over the pixel's samples that show one.
@@ -241,11 +256,11 @@ impl<W: RealWorld> Pass<'_, W> {
         let ray = Ray::new(from, direction);
         walk.rays += 1;
         let behind = match &light {
-            Some(sample) => match self.world.reach(&ray, sample) {
+            Some(sample) => match self.world.original().reach(&ray, sample) {
                 Some(behind) => behind,
                 None => return (Vec3::ZERO, Vec3::ZERO, false),
             },
-            None => self.world.hit(&ray),
+            None => self.world.original().hit(&ray),
         };
         let pdf = 0.5 * (cos * FRAC_1_PI + self.world.light_pdf(from, direction, behind.as_ref()));
         let radiance = match &behind {
@@ -255,10 +270,14 @@ impl<W: RealWorld> Pass<'_, W> {
         let weight = cos / pdf;
         let object = self.meet_object(&ray.up_to(behind.as_ref().map_or(f32::INFINITY, |b| b.t)), walk);
         let e_r = radiance * weight;
-        let Some(object) = object else { return (e_r, Vec3::ZERO, false) };
-        let bounces = self.params.bounces.saturating_sub(1);
-        let sent = self.sent_back(ray, object, bounces, walk);
-        (e_r, (sent - radiance) * weight, true)
+        let mixed = match object {
+            Some(object) => self.sent_back(ray, object, self.params.bounces.saturating_sub(1), walk),
+            None => match &behind {
+                Some(real) => radiance * self.world.ratio(real),
+                None => radiance,
+            },
+        };
+        (e_r, (mixed - radiance) * weight, object.is_some())
     }
 
     fn meet_object(&self, ray: &Ray, walk: &mut Walk) -> Option<InstanceHit> {

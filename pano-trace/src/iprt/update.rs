@@ -21,13 +21,23 @@ impl<'a, W: RealWorld> UpdatedWorld<'a, W> {
         Self { world, capture, pano_from_world: world.environment().pano_from_world, ratio }
     }
 
-    fn update(&self, hit: RealHit) -> RealHit {
+    /// The world as it was.
+    pub(super) fn original(&self) -> &W {
+        self.world
+    }
+
+    /// How much brighter than before the surface at a hit is.
+    pub(super) fn ratio(&self, hit: &RealHit) -> Vec3 {
         let seen = hit.position - self.capture;
         // Only the side that the panorama shows is known to have changed.
         if hit.surface != 0 || hit.normal.dot(seen) >= 0.0 {
-            return hit;
+            return Vec3::ONE;
         }
-        let ratio = sphere::bilinear(self.ratio, sphere::uv_from_direction(self.pano_from_world * seen));
+        sphere::bilinear(self.ratio, sphere::uv_from_direction(self.pano_from_world * seen))
+    }
+
+    fn update(&self, hit: RealHit) -> RealHit {
+        let ratio = self.ratio(&hit);
         RealHit { radiance: hit.radiance.map(|radiance| radiance * ratio), ..hit }
     }
 }
@@ -72,6 +82,11 @@ impl<W: RealWorld> RealWorld for UpdatedWorld<'_, W> {
     fn leave(&self, hit: &RealHit) -> Vec3 {
         self.world.leave(hit)
     }
+}
+
+/// The ratio of a panorama in which nothing has changed.
+pub fn unchanged() -> Image<Vec3> {
+    Image::filled(1, 1, Vec3::ONE)
 }
 
 /// Carries E_RV / E_R from the view over to the panorama, as a picture of `size`: 1 where the view does not see the
