@@ -18,19 +18,24 @@ pub struct InstanceHit {
 struct Instance {
     blas: Arc<Blas>,
     mesh_from_world: Affine3A,
+    /// In the world.
+    bounds: Aabb,
 }
 
 /// Instances of meshes, placed in the world.
 #[derive(Clone, Debug)]
 pub struct Tlas {
     instances: Vec<Instance>,
-    bvh: CwBvh,
+    /// `None` for few instances, whose boxes are looked at one by one.
+    bvh: Option<CwBvh>,
 }
+
+/// Up to this many boxes are tested one by one, which costs less than a wide node: measured with one, three and six.
+const FEW: usize = 4;
 
 impl Tlas {
     /// Places each mesh by its `world_from_mesh`, which must be invertible.
     pub fn build(instances: impl IntoIterator<Item = (Arc<Blas>, Affine3A)>) -> Self {
-        let mut boxes = Vec::new();
         let instances: Vec<Instance> = instances
             .into_iter()
             .map(|(blas, world_from_mesh)| {
@@ -43,11 +48,13 @@ impl Tlas {
                     (0..8).map(corner).fold((Vec3A::INFINITY, Vec3A::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
                 // The slab test of a flat box divides 0 by 0 for rays in its plane: no box is thinner than a few ulps.
                 let pad = Vec3A::splat((lo.abs().max(hi.abs()).max_element() * 1e-6).max(1e-9));
-                boxes.push(Aabb::new(lo - pad, hi + pad));
-                Instance { blas, mesh_from_world: world_from_mesh.inverse() }
+                Instance { blas, mesh_from_world: world_from_mesh.inverse(), bounds: Aabb::new(lo - pad, hi + pad) }
             })
             .collect();
-        let bvh = build_cwbvh(&boxes, BvhBuildParams::fast_build(), &mut std::time::Duration::default());
+        let bvh = (instances.len() > FEW).then(|| {
+            let boxes: Vec<Aabb> = instances.iter().map(|i| i.bounds).collect();
+            build_cwbvh(&boxes, BvhBuildParams::fast_build(), &mut std::time::Duration::default())
+        });
         Self { instances, bvh }
     }
 
@@ -59,13 +66,22 @@ impl Tlas {
     /// The nearest face along the ray.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<InstanceHit> {
-        if self.is_empty() {
-            return None;
-        }
         let mut nearest = None;
-        let mut unused = RayHit::none();
-        self.bvh.ray_traverse(to_obvhs(ray), &mut unused, |clipped, id| {
-            let instance = self.bvh.primitive_indices[id];
+        let Some(bvh) = &self.bvh else {
+            let mut t_max = ray.t_max;
+            let slabs = to_obvhs(ray);
+            for (i, instance) in self.instances.iter().enumerate() {
+                if instance.bounds.intersect_ray(&slabs) < t_max
+                    && let Some(hit) = instance.intersect(ray, t_max)
+                {
+                    t_max = hit.t;
+                    nearest = Some(InstanceHit { instance: i as u32, hit });
+                }
+            }
+            return nearest;
+        };
+        bvh.ray_traverse(to_obvhs(ray), &mut RayHit::none(), |clipped, id| {
+            let instance = bvh.primitive_indices[id];
             match self.instances[instance as usize].intersect(ray, clipped.tmax) {
                 Some(hit) => {
                     nearest = Some(InstanceHit { instance, hit });
@@ -80,11 +96,16 @@ impl Tlas {
     /// Whether any face lies on the ray.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        !self.is_empty()
-            && !self.bvh.ray_traverse_miss(to_obvhs(ray), |_, id| {
-                let instance = &self.instances[self.bvh.primitive_indices[id] as usize];
-                if instance.blas.occluded(&instance.to_mesh(ray, ray.t_max)) { 0.0 } else { f32::INFINITY }
-            })
+        let occludes = |instance: &Instance| instance.blas.occluded(&instance.to_mesh(ray, ray.t_max));
+        match &self.bvh {
+            None => {
+                let slabs = to_obvhs(ray);
+                self.instances.iter().any(|i| i.bounds.intersect_ray(&slabs) < ray.t_max && occludes(i))
+            }
+            Some(bvh) => !bvh.ray_traverse_miss(to_obvhs(ray), |_, id| {
+                if occludes(&self.instances[bvh.primitive_indices[id] as usize]) { 0.0 } else { f32::INFINITY }
+            }),
+        }
     }
 }
 

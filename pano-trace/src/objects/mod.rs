@@ -62,6 +62,18 @@ pub struct Ball {
     pub radius: f32,
 }
 
+impl Ball {
+    /// About the share of the irradiance at a surface point that would come through the ball, [0, 1]: exact for a ball above
+    /// the horizon, more than 0 as long as a part of it is above.
+    pub fn form_factor(&self, at: Vec3, normal: Vec3) -> f32 {
+        let to = self.center - at;
+        let distance = to.length().max(self.radius);
+        let (sine, facing) = (self.radius / distance, to.dot(normal) / distance);
+        // A ball that the horizon cuts counts as if it stood this share of its angle above.
+        if facing <= -sine { 0.0 } else { sine * sine * facing.max(0.3 * sine) }
+    }
+}
+
 /// Largest number of balls that light sampling looks at for each point.
 pub const MAX_CLUSTERS: usize = 8;
 

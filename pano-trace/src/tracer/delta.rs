@@ -56,12 +56,13 @@ impl Aim {
         let mut aim = Self { cones: [none; MAX_CLUSTERS], count: 0, inside: false, form_factor: 0.0 };
         let mut total = 0.0;
         for ball in balls {
+            let form_factor = ball.form_factor(x, normal);
+            if form_factor <= 0.0 {
+                continue;
+            }
             let to = ball.center - x;
             let d2 = to.length_squared();
             let r2 = ball.radius * ball.radius;
-            if to.dot(normal) <= -ball.radius {
-                continue;
-            }
             // Close to the ball the cone is nearly the hemisphere, and the cosine does as well.
             if d2 <= 1.05 * r2 {
                 aim.inside = true;
@@ -69,12 +70,12 @@ impl Aim {
             }
             let sin2 = r2 / d2;
             let axis = to / d2.sqrt();
-            let facing = axis.dot(normal).max(0.3 * sin2.sqrt());
+            let facing = form_factor / sin2;
             let cos = (1.0 - sin2).sqrt();
             // 1 − cos without cancellation.
             let cap = sin2 / (1.0 + cos);
             let probability = cap * facing;
-            aim.form_factor += sin2 * facing;
+            aim.form_factor += form_factor;
             aim.cones[aim.count] = Cone { axis, cos, density: facing / TAU, probability };
             aim.count += 1;
             total += probability;
@@ -124,11 +125,11 @@ impl Aim {
     }
 }
 
-/// Which strategy found a direction.
+/// Which strategy found a direction; light sampling has a function of its own.
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Found {
     Cone,
     Cosine,
-    Light(LightSample),
 }
 
 /// A real point whose change is asked for, and how often each strategy is used there.
@@ -196,12 +197,12 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         if u[2] < light_rate
             && let Some(sample) = self.world.sample_light(x, Vec2::new(u[0], u[1]))
         {
-            change += self.change_along(&point, sample.direction, &Found::Light(sample), walk);
+            change += self.blocked_light(&point, &sample, walk);
         }
         if u[3] < cone_rate {
             let v = walk.sampler.next_4d();
             let d = point.aim.sample(Vec2::new(v[0], v[1]), v[2]);
-            change += self.change_along(&point, d, &Found::Cone, walk);
+            change += self.change_along(&point, d, Found::Cone, walk);
         }
         if cosine_rate > 0.0 {
             let w = walk.sampler.next_4d();
@@ -209,70 +210,102 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                 let disc = concentric_disc(Vec2::new(w[0], w[1]));
                 let (t, b) = hit.normal.any_orthonormal_pair();
                 let d = t * disc.x + b * disc.y + hit.normal * (1.0 - disc.length_squared()).max(0.0).sqrt();
-                change += self.change_along(&point, d, &Found::Cosine, walk);
+                change += self.change_along(&point, d, Found::Cosine, walk);
             }
         }
         reflectance * FRAC_1_PI * change
     }
 
-    /// cos·(change of the radiance from `d`) over the density of finding it.
-    fn change_along(&self, point: &Point<'_>, d: Vec3, found: &Found, walk: &mut Walk) -> Vec3 {
+    /// What objects block of a light sample: −cos·L over the density of finding it.
+    fn blocked_light(&self, point: &Point<'_>, sample: &LightSample, walk: &mut Walk) -> Vec3 {
+        let d = sample.direction;
         let cos = d.dot(point.hit.normal);
-        if cos <= 0.0 || (matches!(found, Found::Light(_)) && !point.aim.meets(d)) {
+        if cos <= 0.0 || !point.aim.meets(d) {
+            return Vec3::ZERO;
+        }
+        let ray = Ray::new(point.x, d);
+        walk.rays += 1;
+        // What lies behind the light blocks none of it.
+        if !self.objects.occluded(&ray.up_to(sample.target.map_or(f32::INFINITY, |target| target.distance(point.x)))) {
+            return Vec3::ZERO;
+        }
+        walk.rays += 1;
+        let Some(behind) = self.world.reach(&ray, sample) else { return Vec3::ZERO };
+        let blocked = self.real_light(&ray, behind.as_ref(), point.bounces - 1, walk);
+        -blocked * (cos * self.weights(point, d, cos, behind.as_ref()).blocked)
+    }
+
+    /// cos·(change of the radiance from `d`) over the density of finding it.
+    fn change_along(&self, point: &Point<'_>, d: Vec3, found: Found, walk: &mut Walk) -> Vec3 {
+        let cos = d.dot(point.hit.normal);
+        if cos <= 0.0 {
             return Vec3::ZERO;
         }
         let ray = Ray::new(point.x, d);
         walk.rays += 1;
         let object = self.objects.intersect(&ray);
-        if object.is_none() && !(matches!(found, Found::Cosine) && point.second_order) {
+        let second_order = found == Found::Cosine && point.second_order;
+        if object.is_none() && !second_order {
             return Vec3::ZERO;
         }
         walk.rays += 1;
-        let behind = match found {
-            Found::Light(sample) => match self.world.reach(&ray, sample) {
-                Some(behind) => behind,
-                None => return Vec3::ZERO,
-            },
-            _ => self.world.hit(&ray),
-        };
+        let behind = self.world.hit(&ray);
         let object = match (object, &behind) {
             (Some(object), Some(real)) if real.t < object.hit.t => None,
             (object, _) => object,
         };
         let Some(object) = object else {
             // A real surface lies first, or nothing does.
-            return match (&behind, found) {
-                (Some(real), Found::Cosine) if point.second_order => {
-                    self.delta_once(real, point.bounces - 1, walk) / (FRAC_1_PI * point.cosine_rate)
-                }
+            return match &behind {
+                Some(real) if second_order => self.delta_once(real, point.bounces - 1, walk) / (FRAC_1_PI * point.cosine_rate),
                 _ => Vec3::ZERO,
             };
         };
-        let by_aim = point.cone_rate * point.aim.pdf(d) + point.cosine_rate * cos * FRAC_1_PI;
-        let by_light = point.light_rate * self.world.light_pdf(point.x, d, behind.as_ref());
-        let blocked = match behind {
-            None => self.world.infinity(d),
+        let weights = self.weights(point, d, cos, behind.as_ref());
+        let mut change = Vec3::ZERO;
+        if weights.blocked > 0.0 && !(self.params.mis == Mis::LightOnly && weights.light_finds_it) {
+            change -= self.real_light(&ray, behind.as_ref(), point.bounces - 1, walk) * weights.blocked;
+        }
+        if weights.sent > 0.0 {
+            let sent = self.radiance(ray, First::Object(object), None, point.bounces - 1, Scene::Mixed, walk);
+            change += sent * weights.sent;
+        }
+        change * cos
+    }
+
+    /// The light that arrives along `ray` without the objects.
+    fn real_light(&self, ray: &Ray, behind: Option<&RealHit>, bounces: u32, walk: &mut Walk) -> Vec3 {
+        match behind {
+            None => self.world.infinity(ray.direction),
             Some(real) => match real.radiance {
                 Some(radiance) => radiance,
-                None => self.radiance(ray, First::Real(real), None, point.bounces - 1, Scene::Real, walk),
+                None => self.radiance(*ray, First::Real(*real), None, bounces, Scene::Real, walk),
             },
-        };
+        }
+    }
+
+    /// The balance heuristic's weights over densities for direction `d`, behind whose objects the real world shows `behind`.
+    fn weights(&self, point: &Point<'_>, d: Vec3, cos: f32, behind: Option<&RealHit>) -> Weights {
+        let by_aim = point.cone_rate * point.aim.pdf(d) + point.cosine_rate * cos * FRAC_1_PI;
+        let by_light = point.light_rate * self.world.light_pdf(point.x, d, behind);
         let all = match self.params.mis {
             Mis::LightOnly if by_light > 0.0 => by_light,
             _ => by_aim + by_light,
         };
+        // A direction that rounding has put outside its own cone has no density.
         if by_aim <= 0.0 || !all.is_finite() {
-            // A direction that rounding has put outside its own cone.
-            return Vec3::ZERO;
+            return Weights { blocked: 0.0, sent: 0.0, light_finds_it: false };
         }
-        let mut change = -blocked / all;
-        if !matches!(found, Found::Light(_)) {
-            if self.params.mis == Mis::LightOnly && by_light > 0.0 {
-                change = Vec3::ZERO;
-            }
-            // What the object sends has nothing to do with where the light is.
-            change += self.radiance(ray, First::Object(object), None, point.bounces - 1, Scene::Mixed, walk) / by_aim;
-        }
-        change * cos
+        // What the object sends has nothing to do with where the light is.
+        Weights { blocked: 1.0 / all, sent: 1.0 / by_aim, light_finds_it: by_light > 0.0 }
     }
+}
+
+/// See [`Tracer::weights`].
+struct Weights {
+    /// For the light that is blocked.
+    blocked: f32,
+    /// For the light that the object sends instead.
+    sent: f32,
+    light_finds_it: bool,
 }

@@ -82,13 +82,12 @@ pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, 
 impl<'a, W: RealWorld> Tracer<'a, W> {
     fn pixel(&self, frame: &Frame<'_>, at: UVec2, rays: &mut u64, discarded: &mut u64) -> Pixel {
         let corner = Vec2::new(at.x as f32, at.y as f32);
-        let mut pixel = self.guides(frame, corner + 0.5);
+        let (mut pixel, center) = self.guides(frame, corner + 0.5);
         // Where no object's bounds reach, no ray looks for one.
         let scene = if self.may_see_objects(frame.camera, corner) { Scene::Mixed } else { Scene::Real };
         let (mut covered, mut object, mut delta) = (0u32, Vec3::ZERO, Vec3::ZERO);
-        let center = Ray::new(frame.camera.position, frame.camera.direction(corner + 0.5));
-        let thinning = match self.world.hit(&center) {
-            Some(hit) if scene == Scene::Real && self.params.method == Method::Dpt => self.thinning(&hit),
+        let thinning = match center {
+            First::Real(hit) if scene == Scene::Real && self.params.method == Method::Dpt => self.thinning(&hit),
             _ => 1,
         };
         let samples = self.params.samples.div_ceil(thinning);
@@ -170,18 +169,19 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         }
     }
 
-    /// What filters are guided by, at the pixel's centre.
-    fn guides(&self, frame: &Frame<'_>, center: Vec2) -> Pixel {
+    /// What filters are guided by, and what is there, at the pixel's centre.
+    fn guides(&self, frame: &Frame<'_>, center: Vec2) -> (Pixel, First) {
         let ray = Ray::new(frame.camera.position, frame.camera.direction(center));
         let mut walk = Walk { sampler: Sampler::new(UVec2::ZERO, 0, frame.stream), rays: 0 };
-        let (depth, normal, albedo) = match self.first(&ray, Scene::Mixed, &mut walk) {
+        let first = self.first(&ray, Scene::Mixed, &mut walk);
+        let (depth, normal, albedo) = match &first {
             First::Infinity => (f32::INFINITY, Vec3::ZERO, Vec3::ZERO),
-            First::Real(hit) => (hit.t, hit.normal, self.world.reflectance(&hit)),
+            First::Real(hit) => (hit.t, hit.normal, self.world.reflectance(hit)),
             First::Object(hit) => {
-                let surface = self.objects.surface(&ray, &hit);
+                let surface = self.objects.surface(&ray, hit);
                 (hit.hit.t, surface.bsdf.normal(), surface.albedo)
             }
         };
-        Pixel { object: Vec3::ZERO, coverage: 0.0, delta: Vec3::ZERO, depth, normal, albedo }
+        (Pixel { object: Vec3::ZERO, coverage: 0.0, delta: Vec3::ZERO, depth, normal, albedo }, first)
     }
 }

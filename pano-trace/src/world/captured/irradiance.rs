@@ -39,7 +39,7 @@ impl IrradianceMap {
         progress.begin("irradiance", (coarse_width / 2 + fine_width / 2) as u64);
         let coarse = measure_grid(world, coarse_width, options.irradiance_samples, progress, |_| true);
         let fine = measure_grid(world, fine_width, options.irradiance_samples, progress, |hit| {
-            balls.iter().map(|ball| influence(ball, hit)).sum::<f32>() > INFLUENCE
+            balls.iter().map(|ball| ball.form_factor(hit.position, hit.normal)).sum::<f32>() > INFLUENCE
         });
         if progress.cancelled() {
             return None;
@@ -84,15 +84,6 @@ fn look_in(grid: &Image<Texel>, position: Vec3, normal: Vec3, least: f32) -> Opt
         }
     }
     (weights > least).then(|| sum / weights)
-}
-
-/// About the share of a surface's hemisphere that a ball takes up.
-fn influence(ball: &Ball, hit: &RealHit) -> f32 {
-    let to = ball.center - hit.position;
-    let d2 = to.length_squared().max(ball.radius * ball.radius);
-    let sine = ball.radius / d2.sqrt();
-    let facing = to.dot(hit.normal) / d2.sqrt();
-    if facing <= -sine { 0.0 } else { sine * sine * facing.max(0.3 * sine) }
 }
 
 /// One pass of a 5×5 B-spline filter with holes of `step`, over texels of the same surface only. It removes the noise of the
