@@ -62,6 +62,42 @@ impl Irradiance {
         }))
     }
 
+    /// The change of the picture where real surfaces mirror: an addition to eq. 2, which takes them all for diffuse.
+    ///
+    /// Light beyond what a reflectance of `cap` could send out (see the floor) is a lamp's own or a mirror image. Where it is
+    /// not brighter than what the mirror direction shows (`mirrored`), it is taken for its image, with that quotient as the
+    /// mirror's reflectance; and where an object comes in between, it shows `mirrored_mixed` instead. Both are premultiplied,
+    /// and 0 where no object does. A lamp is brighter than what it mirrors and keeps its light.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] if the pictures differ in size.
+    pub fn mirror_delta(
+        &self,
+        lit: &RadianceImage,
+        mirrored: &Image<Vec3>,
+        mirrored_mixed: &Image<Vec3>,
+        cap: f32,
+    ) -> Result<Image<Vec3>> {
+        let size = self.share.size();
+        for other in [self.real.size(), mirrored.size(), mirrored_mixed.size(), lit.size()] {
+            if other != size {
+                return Err(Error::argument(format!("irradiance of {size:?} pixels beside a picture of {other:?}")));
+            }
+        }
+        Ok(Image::from_fn(size.0, size.1, |x, y| {
+            let (share, before) = (self.share.get(x, y), mirrored.get(x, y));
+            if share <= 0.0 || before == Vec3::ZERO {
+                return Vec3::ZERO;
+            }
+            let diffuse = self.real.get(x, y) / share * (cap / PI);
+            let beyond = luminance((lit.get(x, y) - diffuse).max(Vec3::ZERO));
+            // The part of the pixel whose mirror image is not blocked is not in `mirrored`.
+            let reflectance = beyond * share / luminance(before);
+            let change = (mirrored_mixed.get(x, y) - before) * reflectance;
+            if reflectance <= 1.0 && change.is_finite() { change } else { Vec3::ZERO }
+        }))
+    }
+
     /// Mean luminance of E_R over the pixels with a share, weighted by it.
     fn mean(&self) -> f32 {
         let sum: f64 = self.real.data().iter().map(|&e| f64::from(luminance(e))).filter(|l| l.is_finite()).sum();

@@ -80,7 +80,8 @@ pub(super) fn trace(
     // What real surfaces change in one another and in what objects send back needs a first look at the change.
     let mut panorama = iprt::unchanged();
     let lit = lighting.as_ref().unwrap_or(&photo);
-    let mut first = None;
+    let cap = frame.options.settings.captured.reflectance_cap;
+    let mut found = None;
     for samples in [params.samples.div_ceil(FIRST_LOOK), params.samples] {
         let params = iprt::Params { samples, ..params };
         let updated = UpdatedWorld::new(world, traced.capture, &panorama);
@@ -91,12 +92,13 @@ pub(super) fn trace(
             clock.stage("filter real", pixels, 0);
         }
         let irradiance = Irradiance { share: real.share, real: real.irradiance, change: real.change };
-        let ratio = irradiance.ratio(lit, frame.options.settings.captured.reflectance_cap)?;
+        let ratio = irradiance.ratio(lit, cap)?;
         panorama = iprt::panorama_ratio(&traced, world, &buffer, &ratio, frame.inputs.photo.size());
         clock.stage("update", pixels, 0);
-        first = Some((irradiance, ratio));
+        let mirror = irradiance.mirror_delta(lit, &real.mirrored, &real.mirrored_mixed, cap)?;
+        found = Some((irradiance, ratio, mirror));
     }
-    let Some((irradiance, ratio)) = first else { return Err(Error::Cancelled) };
+    let Some((irradiance, ratio, mirror)) = found else { return Err(Error::Cancelled) };
 
     let updated = UpdatedWorld::new(world, traced.capture, &panorama);
     let mut seen = iprt::trace_virtual(&traced, &updated, &params, progress).ok_or(Error::Cancelled)?;
@@ -105,8 +107,10 @@ pub(super) fn trace(
         filter_virtual(camera, &buffer, &mut seen, warnings)?;
         clock.stage("filter virtual", pixels, 0);
     }
+    let mut delta = delta_from_ratio(&photo, &irradiance.share, &ratio);
+    delta.data_mut().iter_mut().zip(mirror.data()).for_each(|(delta, mirror)| *delta += mirror);
     let layers = TracedLayers {
-        delta: delta_from_ratio(&photo, &irradiance.share, &ratio),
+        delta,
         albedo: Image::from_fn(w, h, |x, y| match buffer.thing.get(x, y) {
             0 => reflectance(lit.get(x, y), irradiance.real.get(x, y) / irradiance.share.get(x, y)),
             _ => buffer.albedo.get(x, y),

@@ -23,6 +23,11 @@ pub struct RealEstimate {
     pub irradiance_variance: Image<f32>,
     /// The same of the change.
     pub change_variance: Image<f32>,
+    /// What the world shows in the direction of mirror reflection, premultiplied by `share`, of the samples for which an
+    /// object comes before it; and the same for what is seen with the object there. Both 0 elsewhere.
+    pub mirrored: Image<Vec3>,
+    /// See `mirrored`.
+    pub mirrored_mixed: Image<Vec3>,
     /// d(p) of eq. 3: whether a ray of the pixel met an object.
     pub touched: Image<bool>,
     /// Rays traced.
@@ -78,13 +83,22 @@ impl Moments {
 struct RealPixel {
     real: Moments,
     change: Moments,
+    mirrored: Vec3,
+    mirrored_mixed: Vec3,
     touched: bool,
     samples: u32,
 }
 
 impl Default for RealPixel {
     fn default() -> Self {
-        Self { real: Moments::default(), change: Moments::default(), touched: false, samples: 1 }
+        Self {
+            real: Moments::default(),
+            change: Moments::default(),
+            mirrored: Vec3::ZERO,
+            mirrored_mixed: Vec3::ZERO,
+            touched: false,
+            samples: 1,
+        }
     }
 }
 
@@ -113,6 +127,8 @@ pub fn trace_real<W: RealWorld>(
         change: pixels.map(|p| p.change.sum / p.samples as f32),
         irradiance_variance: pixels.map(|p| p.real.variance_of_mean()),
         change_variance: pixels.map(|p| p.change.variance_of_mean()),
+        mirrored: pixels.map(|p| p.mirrored / p.samples as f32),
+        mirrored_mixed: pixels.map(|p| p.mirrored_mixed / p.samples as f32),
         touched: pixels.map(|p| p.touched),
         rays,
     })
@@ -190,6 +206,10 @@ impl<W: RealWorld> Pass<'_, W> {
                 pixel.real.add(real);
                 pixel.change.add(change);
                 pixel.touched |= touched;
+                if let Some((before, after)) = self.mirror(&hit, ray.direction, &mut walk) {
+                    pixel.mirrored += before;
+                    pixel.mirrored_mixed += after;
+                }
             }
             *rays += walk.rays;
         }
@@ -278,6 +298,20 @@ impl<W: RealWorld> Pass<'_, W> {
             },
         };
         (e_r, (mixed - radiance) * weight, object.is_some())
+    }
+
+    /// What a mirror at a real point would show along `direction` without and with the objects, if an object comes first.
+    fn mirror(&self, hit: &RealHit, direction: Vec3, walk: &mut Walk) -> Option<(Vec3, Vec3)> {
+        let ray = Ray::new(self.world.leave(hit), direction - hit.normal * (2.0 * direction.dot(hit.normal)));
+        let object = self.meet_object(&ray, walk)?;
+        let behind = self.world.original().hit(&ray);
+        let before = match &behind {
+            None => self.world.infinity(ray.direction),
+            Some(real) if real.t < object.hit.t => return None,
+            Some(real) => real.radiance.unwrap_or(Vec3::ZERO),
+        };
+        let after = self.sent_back(ray, object, self.params.bounces.saturating_sub(1), walk);
+        (before.is_finite() && after.is_finite()).then_some((before, after))
     }
 
     fn meet_object(&self, ray: &Ray, walk: &mut Walk) -> Option<InstanceHit> {
