@@ -98,6 +98,24 @@ impl Irradiance {
         }))
     }
 
+    /// The share of the real picture that is no mirror image (see [`Self::mirror_delta`]), by which it looks from elsewhere:
+    /// what objects see of it. `mirror` is what the mirror direction shows.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] if the pictures differ in size.
+    pub fn matte(&self, lit: &RadianceImage, mirror: &Image<Vec3>, cap: f32) -> Result<Image<f32>> {
+        let size = self.share.size();
+        Ok(Image::from_fn(size.0, size.1, |x, y| {
+            let (share, lit) = (self.share.get(x, y), lit.get(x, y));
+            if share <= 0.0 {
+                return 1.0;
+            }
+            let diffuse = self.real.get(x, y) / share * (cap / PI);
+            let beyond = luminance((lit - diffuse).max(Vec3::ZERO));
+            if beyond > 0.0 && beyond <= luminance(mirror.get(x, y)) { 1.0 - beyond / luminance(lit) } else { 1.0 }
+        }))
+    }
+
     /// Mean luminance of E_R over the pixels with a share, weighted by it.
     fn mean(&self) -> f32 {
         let sum: f64 = self.real.data().iter().map(|&e| f64::from(luminance(e))).filter(|l| l.is_finite()).sum();

@@ -78,7 +78,7 @@ pub(super) fn trace(
     clock.stage("g-buffer", pixels, pixels);
 
     // What real surfaces change in one another and in what objects send back needs a first look at the change.
-    let mut panorama = iprt::unchanged();
+    let mut panorama = iprt::Update::default();
     let lit = lighting.as_ref().unwrap_or(&photo);
     let cap = frame.options.settings.captured.reflectance_cap;
     let mut found = None;
@@ -93,7 +93,8 @@ pub(super) fn trace(
         }
         let irradiance = Irradiance { share: real.share, real: real.irradiance, change: real.change };
         let ratio = irradiance.ratio(lit, cap)?;
-        panorama = iprt::panorama_ratio(&traced, world, &buffer, &ratio, frame.inputs.photo.size());
+        let matte = irradiance.matte(lit, &real.mirror, cap)?;
+        panorama = iprt::panorama_update(&traced, world, &buffer, &ratio, &matte, frame.inputs.photo.size());
         clock.stage("update", pixels, 0);
         let mirror = irradiance.mirror_delta(lit, &real.mirrored, &real.mirrored_mixed, cap)?;
         found = Some((irradiance, ratio, mirror));

@@ -24,7 +24,7 @@ mod update;
 pub use gbuffer::GBuffer;
 pub use screen::{EXTENSION, ScreenObjects};
 pub use trace::{RealEstimate, VirtualEstimate, trace_real, trace_virtual};
-pub use update::{UpdatedWorld, panorama_ratio, unchanged};
+pub use update::{Update, UpdatedWorld, panorama_update};
 
 use crate::objects::Objects;
 use glam::Vec3;

@@ -23,6 +23,8 @@ pub struct RealEstimate {
     pub irradiance_variance: Image<f32>,
     /// The same of the change.
     pub change_variance: Image<f32>,
+    /// What the world without objects shows in the direction of mirror reflection, by one ray a pixel.
+    pub mirror: Image<Vec3>,
     /// What the world shows in the direction of mirror reflection, premultiplied by `share`, of the samples for which an
     /// object comes before it; and the same for what is seen with the object there. Both 0 elsewhere.
     pub mirrored: Image<Vec3>,
@@ -83,6 +85,7 @@ impl Moments {
 struct RealPixel {
     real: Moments,
     change: Moments,
+    mirror: Vec3,
     mirrored: Vec3,
     mirrored_mixed: Vec3,
     touched: bool,
@@ -94,6 +97,7 @@ impl Default for RealPixel {
         Self {
             real: Moments::default(),
             change: Moments::default(),
+            mirror: Vec3::ZERO,
             mirrored: Vec3::ZERO,
             mirrored_mixed: Vec3::ZERO,
             touched: false,
@@ -127,6 +131,7 @@ pub fn trace_real<W: RealWorld>(
         change: pixels.map(|p| p.change.sum / p.samples as f32),
         irradiance_variance: pixels.map(|p| p.real.variance_of_mean()),
         change_variance: pixels.map(|p| p.change.variance_of_mean()),
+        mirror: pixels.map(|p| p.mirror),
         mirrored: pixels.map(|p| p.mirrored / p.samples as f32),
         mirrored_mixed: pixels.map(|p| p.mirrored_mixed / p.samples as f32),
         touched: pixels.map(|p| p.touched),
@@ -206,6 +211,9 @@ impl<W: RealWorld> Pass<'_, W> {
                 pixel.real.add(real);
                 pixel.change.add(change);
                 pixel.touched |= touched;
+                if index == 0 {
+                    pixel.mirror = self.look(&self.mirror_ray(&hit, ray.direction), &mut walk);
+                }
                 if let Some((before, after)) = self.mirror(&hit, ray.direction, &mut walk) {
                     pixel.mirrored += before;
                     pixel.mirrored_mixed += after;
@@ -283,26 +291,36 @@ impl<W: RealWorld> Pass<'_, W> {
             None => self.world.original().hit(&ray),
         };
         let pdf = 0.5 * (cos * FRAC_1_PI + self.world.light_pdf(from, direction, behind.as_ref()));
-        let radiance = match &behind {
-            None => self.world.infinity(direction),
-            Some(real) => real.radiance.unwrap_or(Vec3::ZERO),
+        let (radiance, updated) = match &behind {
+            None => (self.world.infinity(direction), self.world.infinity(direction)),
+            Some(real) => self.world.radiance(real),
         };
         let weight = cos / pdf;
         let object = self.meet_object(&ray.up_to(behind.as_ref().map_or(f32::INFINITY, |b| b.t)), walk);
         let e_r = radiance * weight;
         let mixed = match object {
             Some(object) => self.sent_back(ray, object, self.params.bounces.saturating_sub(1), walk),
-            None => match &behind {
-                Some(real) => radiance * self.world.ratio(real),
-                None => radiance,
-            },
+            None => updated,
         };
         (e_r, (mixed - radiance) * weight, object.is_some())
     }
 
+    fn mirror_ray(&self, hit: &RealHit, direction: Vec3) -> Ray {
+        Ray::new(self.world.leave(hit), direction - hit.normal * (2.0 * direction.dot(hit.normal)))
+    }
+
+    /// What the world without objects shows along a ray.
+    fn look(&self, ray: &Ray, walk: &mut Walk) -> Vec3 {
+        walk.rays += 1;
+        match self.world.original().hit(ray) {
+            None => self.world.infinity(ray.direction),
+            Some(real) => real.radiance.unwrap_or(Vec3::ZERO),
+        }
+    }
+
     /// What a mirror at a real point would show along `direction` without and with the objects, if an object comes first.
     fn mirror(&self, hit: &RealHit, direction: Vec3, walk: &mut Walk) -> Option<(Vec3, Vec3)> {
-        let ray = Ray::new(self.world.leave(hit), direction - hit.normal * (2.0 * direction.dot(hit.normal)));
+        let ray = self.mirror_ray(hit, direction);
         let object = self.meet_object(&ray, walk)?;
         let behind = self.world.original().hit(&ray);
         let before = match &behind {

@@ -12,13 +12,30 @@ pub struct UpdatedWorld<'a, W> {
     world: &'a W,
     capture: Vec3,
     pano_from_world: Quat,
-    ratio: &'a Image<Vec3>,
+    update: &'a Update,
+}
+
+/// What a view has found out about the panorama's surfaces, as pictures of the panorama.
+#[derive(Clone, Debug)]
+pub struct Update {
+    /// E_RV / E_R; 1 where nothing is known.
+    pub ratio: Image<Vec3>,
+    /// The share of the radiance that leaves in all directions, [0, 1]; the rest is a mirror image that only the panorama's
+    /// own viewpoint sees. 1 where nothing is known.
+    pub matte: Image<f32>,
+}
+
+impl Default for Update {
+    /// Nothing is known.
+    fn default() -> Self {
+        Self { ratio: Image::filled(1, 1, Vec3::ONE), matte: Image::filled(1, 1, 1.0) }
+    }
 }
 
 impl<'a, W: RealWorld> UpdatedWorld<'a, W> {
-    /// `world`, captured at `capture`, with a `ratio` of [`panorama_ratio`].
-    pub fn new(world: &'a W, capture: Vec3, ratio: &'a Image<Vec3>) -> Self {
-        Self { world, capture, pano_from_world: world.environment().pano_from_world, ratio }
+    /// `world`, captured at `capture`, with an `update` of [`panorama_update`].
+    pub fn new(world: &'a W, capture: Vec3, update: &'a Update) -> Self {
+        Self { world, capture, pano_from_world: world.environment().pano_from_world, update }
     }
 
     /// The world as it was.
@@ -26,25 +43,27 @@ impl<'a, W: RealWorld> UpdatedWorld<'a, W> {
         self.world
     }
 
-    /// How much brighter than before the surface at a hit is.
-    pub(super) fn ratio(&self, hit: &RealHit) -> Vec3 {
+    /// The radiance that a surface sends to other places than the panorama's, without and with the objects.
+    pub(super) fn radiance(&self, hit: &RealHit) -> (Vec3, Vec3) {
+        let radiance = hit.radiance.unwrap_or(Vec3::ZERO);
         let seen = hit.position - self.capture;
         // Only the side that the panorama shows is known to have changed.
         if hit.surface != 0 || hit.normal.dot(seen) >= 0.0 {
-            return Vec3::ONE;
+            return (radiance, radiance);
         }
-        sphere::bilinear(self.ratio, sphere::uv_from_direction(self.pano_from_world * seen))
+        let uv = sphere::uv_from_direction(self.pano_from_world * seen);
+        let before = radiance * sphere::bilinear(&self.update.matte, uv);
+        (before, before * sphere::bilinear(&self.update.ratio, uv))
     }
 
-    fn update(&self, hit: RealHit) -> RealHit {
-        let ratio = self.ratio(&hit);
-        RealHit { radiance: hit.radiance.map(|radiance| radiance * ratio), ..hit }
+    fn updated(&self, hit: RealHit) -> RealHit {
+        RealHit { radiance: hit.radiance.map(|_| self.radiance(&hit).1), ..hit }
     }
 }
 
 impl<W: RealWorld> RealWorld for UpdatedWorld<'_, W> {
     fn hit(&self, ray: &Ray) -> Option<RealHit> {
-        self.world.hit(ray).map(|hit| self.update(hit))
+        self.world.hit(ray).map(|hit| self.updated(hit))
     }
 
     fn shown_surface(&self, hit: RealHit, direction: Vec3, u: f32) -> RealHit {
@@ -68,7 +87,7 @@ impl<W: RealWorld> RealWorld for UpdatedWorld<'_, W> {
     }
 
     fn reach(&self, ray: &Ray, sample: &LightSample) -> Option<Option<RealHit>> {
-        Some(self.world.reach(ray, sample)?.map(|hit| self.update(hit)))
+        Some(self.world.reach(ray, sample)?.map(|hit| self.updated(hit)))
     }
 
     fn environment(&self) -> Environment<'_> {
@@ -84,23 +103,18 @@ impl<W: RealWorld> RealWorld for UpdatedWorld<'_, W> {
     }
 }
 
-/// The ratio of a panorama in which nothing has changed.
-pub fn unchanged() -> Image<Vec3> {
-    Image::filled(1, 1, Vec3::ONE)
-}
-
-/// Carries E_RV / E_R from the view over to the panorama, as a picture of `size`: 1 where the view does not see the
-/// panorama's surface.
-pub fn panorama_ratio<W: RealWorld>(
+/// Carries E_RV / E_R and the `matte` share from the view over to the panorama, as pictures of `size`.
+pub fn panorama_update<W: RealWorld>(
     frame: &Frame<'_>,
     world: &W,
     buffer: &GBuffer,
     ratio: &Image<Vec3>,
+    matte: &Image<f32>,
     size: (usize, usize),
-) -> Image<Vec3> {
+) -> Update {
     let world_from_pano = world.environment().pano_from_world.inverse();
     let camera = frame.camera;
-    Image::par_from_fn(size.0, size.1, |x, y| {
+    let found = Image::par_from_fn(size.0, size.1, |x, y| {
         let uv = Vec2::new((x as f32 + 0.5) / size.0 as f32, (y as f32 + 0.5) / size.1 as f32);
         let direction = world_from_pano * sphere::direction_from_uv(uv);
         // From the capture point itself the place in the view needs no depth.
@@ -111,12 +125,13 @@ pub fn panorama_ratio<W: RealWorld>(
         };
         let here = camera.position == frame.capture;
         if here && look(direction).is_none() {
-            return Vec3::ONE;
+            return None;
         }
-        let Some(hit) = world.hit(&Ray::new(frame.capture, direction)) else { return Vec3::ONE };
+        let hit = world.hit(&Ray::new(frame.capture, direction))?;
         match look(hit.position - camera.position) {
-            Some((px, py)) if buffer.shows(px, py, &hit, camera) => ratio.get(px, py),
-            _ => Vec3::ONE,
+            Some((px, py)) if buffer.shows(px, py, &hit, camera) => Some((ratio.get(px, py), matte.get(px, py))),
+            _ => None,
         }
-    })
+    });
+    Update { ratio: found.map(|f| f.map_or(Vec3::ONE, |f| f.0)), matte: found.map(|f| f.map_or(1.0, |f| f.1)) }
 }
