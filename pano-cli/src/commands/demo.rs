@@ -1,8 +1,8 @@
 //! `pano demo`: the main job on a built-in room.
 
 use crate::{failure::Failure, output, progress::Console};
-use pano_compose::demo::{self, DemoParams, Folder, Numbers, Score};
-use pano_compose::pipeline;
+use pano_compose::demo::{self, DemoParams, Numbers, Score};
+use pano_compose::pipeline::{self, Folder};
 use pano_core::progress::Progress;
 use std::fmt::Write;
 use std::path::PathBuf;

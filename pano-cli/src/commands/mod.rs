@@ -4,6 +4,7 @@ mod compare;
 mod demo;
 mod info;
 mod render;
+mod tradeoff;
 
 use crate::failure::Failure;
 
@@ -14,6 +15,8 @@ pub(crate) enum Command {
     Demo(demo::Args),
     /// Put the objects of a scene into its panorama
     Render(render::Args),
+    /// Show what accuracy costs in time: error against time for every knob, as tables, charts and a page
+    Tradeoff(tradeoff::Args),
     /// Say how far two pictures are apart
     Compare(compare::Args),
     /// Say what panoramas, depth maps, meshes and scenes hold, and what is wrong with them
@@ -26,6 +29,7 @@ impl Command {
         match self {
             Self::Demo(args) => demo::run(args),
             Self::Render(args) => render::run(args),
+            Self::Tradeoff(args) => tradeoff::run(args),
             Self::Compare(args) => compare::run(args),
             Self::Info(args) => info::run(args),
         }

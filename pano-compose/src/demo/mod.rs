@@ -17,7 +17,6 @@ mod smooth;
 mod survey;
 mod text;
 
-pub use files::Folder;
 pub use numbers::{MethodNumbers, Numbers, ReferenceCost, Score, Scores};
 
 use crate::pipeline::{self, Clock, Error, Inputs, RenderOptions, Rendered, Result};

@@ -1,17 +1,11 @@
 //! What the methods cost and how far they are from the truth.
 
 use super::{Demo, DemoParams};
+use crate::exposure::{encoded, exposed, white_of};
 use crate::pipeline::Result;
-use glam::Vec3;
-use pano_core::{
-    color::linear_to_srgb,
-    image::{Image, RadianceImage},
-    metrics,
-};
+use pano_core::{image::RadianceImage, metrics};
 use serde::Serialize;
 
-/// Share of the truth's pixels that stay below white.
-const BELOW_WHITE: f64 = 0.985;
 /// How much the crop reaches beyond the objects' bounds on each side, as a share of their extent: room for shadows.
 const MARGIN: f32 = 0.3;
 
@@ -144,24 +138,6 @@ pub(super) fn measure(demo: &Demo, params: &DemoParams) -> Result<Numbers> {
         methods,
         ..Numbers::default()
     })
-}
-
-/// The radiance that [`BELOW_WHITE`] of the pixels stay below in every channel; 1 for a black picture.
-fn white_of(picture: &RadianceImage) -> f32 {
-    let mut brightest: Vec<f32> = picture.data().iter().map(|p| p.max_element()).collect();
-    let rank = ((brightest.len() - 1) as f64 * BELOW_WHITE) as usize;
-    let (_, white, _) = brightest.select_nth_unstable_by(rank, f32::total_cmp);
-    if *white > 0.0 { *white } else { 1.0 }
-}
-
-/// Linear radiance with `white` at 1.
-pub(super) fn exposed(picture: &RadianceImage, white: f32) -> RadianceImage {
-    picture.map(|p| p / white)
-}
-
-/// Display-encoded values in [0, 1].
-pub(super) fn encoded(exposed: &RadianceImage) -> Image<Vec3> {
-    exposed.map(|p| p.map(linear_to_srgb))
 }
 
 fn score(picture: &RadianceImage, truth: &RadianceImage) -> Result<Score> {

@@ -1,8 +1,9 @@
 //! The contact sheet: pictures with their names, times and errors, and below each where it is wrong.
 
-use super::numbers::{Score, encoded, exposed};
+use super::numbers::Score;
 use super::text::{self, GLYPH};
 use super::{Demo, MethodNumbers};
+use crate::exposure::{encoded, exposed};
 use glam::Vec3;
 use pano_core::image::RadianceImage;
 

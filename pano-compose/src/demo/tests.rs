@@ -1,4 +1,5 @@
 use super::*;
+use crate::pipeline::Folder;
 use pano_core::progress::Silent;
 
 const TINY: DemoParams =

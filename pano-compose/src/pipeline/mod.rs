@@ -5,6 +5,7 @@
 //! ```
 
 mod error;
+mod folder;
 mod iprt;
 mod load;
 mod output;
@@ -14,6 +15,7 @@ mod stats;
 mod world;
 
 pub use error::{Error, Result};
+pub use folder::Folder;
 pub use load::{Inputs, Loader, prepare_objects};
 pub use output::write_output;
 pub use sequence::Sequence;
@@ -23,6 +25,8 @@ pub use world::{World, build_world, resolve_method};
 
 use crate::composite::{Composite, Irradiance, composite};
 use crate::plan::EffectPlan;
+#[cfg(any(feature = "demo", feature = "tradeoff"))]
+pub(crate) use folder::write_text;
 use glam::Vec3;
 use pano_core::{
     camera::{Camera, Projection},

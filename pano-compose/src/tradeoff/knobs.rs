@@ -1,0 +1,220 @@
+//! Every knob that trades accuracy for time, in one table.
+
+use crate::pipeline::{Error, Result, Settings};
+use pano_core::scene::Method;
+use serde::Serialize;
+
+/// Which methods a knob acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scope {
+    /// All of them.
+    All,
+    /// All that work on a panorama with depth.
+    Captured,
+    /// Delta path tracing.
+    Delta,
+}
+
+/// One knob.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Knob {
+    /// `samples`, `bounces`, `denoise`, or a key of `--set`.
+    pub name: &'static str,
+    /// What its values count.
+    pub unit: &'static str,
+    /// What may be asked for.
+    pub range: &'static str,
+    /// As it is if nothing is asked for.
+    pub default: &'static str,
+    /// The error that a cheap value causes.
+    pub error: &'static str,
+    /// What a sweep tries, from cheap to dear; the default is among them.
+    #[serde(skip)]
+    pub values: &'static [&'static str],
+    /// Where it acts.
+    pub scope: Scope,
+}
+
+/// The table. `samples` and `bounces` are swept in combination with each other and with `denoise`; all others by themselves.
+pub const KNOBS: &[Knob] = &[
+    Knob {
+        name: "samples",
+        unit: "samples a pixel",
+        range: "1 to 65536",
+        default: "64",
+        error: "noise, which falls with the square root",
+        values: &["1", "4", "16", "64", "256", "1024"],
+        scope: Scope::All,
+    },
+    Knob {
+        name: "bounces",
+        unit: "scattering events",
+        range: "1 to 64",
+        default: "3",
+        error: "dark where light arrives by way of several surfaces: glass, mirrors facing each other",
+        values: &["1", "2", "3", "6"],
+        scope: Scope::All,
+    },
+    Knob {
+        name: "denoise",
+        unit: "switch",
+        range: "true, false",
+        default: "true",
+        error: "noise without, slightly soft shadows and reflections with",
+        values: &["false", "true"],
+        scope: Scope::All,
+    },
+    Knob {
+        name: "delta_passes",
+        unit: "passes of the filter",
+        range: "1 to 16",
+        default: "3",
+        error: "noise in shadows with few, soft shadows with many",
+        values: &["1", "2", "3", "5"],
+        scope: Scope::All,
+    },
+    Knob {
+        name: "second_order",
+        unit: "switch",
+        range: "true, false",
+        default: "true",
+        error: "a shadow is missing in a mirror, and its light on the wall beside it",
+        values: &["false", "true"],
+        scope: Scope::Captured,
+    },
+    Knob {
+        name: "mis",
+        unit: "strategies",
+        range: "light, bsdf, balance",
+        default: "balance",
+        error: "noise: of small lights with `bsdf`, of gloss with `light`",
+        values: &["light", "bsdf", "balance"],
+        scope: Scope::Delta,
+    },
+    Knob {
+        name: "field_resolution",
+        unit: "quads along a cube face, 0: the panorama's own",
+        range: "0 to 4096",
+        default: "0",
+        error: "contact shadows and edges of the real surfaces move",
+        values: &["64", "128", "256", "0"],
+        scope: Scope::Captured,
+    },
+    Knob {
+        name: "irradiance_width",
+        unit: "columns",
+        range: "8 to 4096",
+        default: "1024",
+        error: "reflectance of real surfaces smears across existing shadows",
+        values: &["128", "256", "512", "1024"],
+        scope: Scope::Captured,
+    },
+    Knob {
+        name: "irradiance_samples",
+        unit: "pairs of rays a texel",
+        range: "1 to 65536",
+        default: "16",
+        error: "blotches in the depth of shadows",
+        values: &["1", "4", "16", "64"],
+        scope: Scope::Captured,
+    },
+];
+
+/// Where every knob stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// The method.
+    pub method: Method,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Scattering events.
+    pub bounces: u32,
+    /// Whether layers are filtered.
+    pub denoise: bool,
+    /// Knobs of `--set` that are not at their defaults, by name.
+    pub settings: Vec<(&'static str, &'static str)>,
+}
+
+impl Choice {
+    /// The same with one knob turned.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for a value out of range.
+    pub fn with(&self, knob: &Knob, value: &'static str) -> Result<Self> {
+        let mut choice = self.clone();
+        let bad = || Error::unsupported(format!("`{value}` is no value of `{}`", knob.name), knob.range);
+        match knob.name {
+            "samples" => choice.samples = value.parse().map_err(|_| bad())?,
+            "bounces" => choice.bounces = value.parse().map_err(|_| bad())?,
+            "denoise" => choice.denoise = value.parse().map_err(|_| bad())?,
+            name => {
+                Settings::default().set(name, value)?;
+                choice.settings.retain(|(key, _)| *key != name);
+                if value != knob.default {
+                    choice.settings.push((name, value));
+                }
+            }
+        }
+        Ok(choice)
+    }
+
+    /// What the pipeline is told.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for a setting out of range.
+    pub fn settings(&self) -> Result<Settings> {
+        let mut settings = Settings::default();
+        self.settings.iter().try_for_each(|(key, value)| settings.set(key, value))?;
+        Ok(settings)
+    }
+
+    /// The options of `pano render` that ask for this.
+    pub fn arguments(&self) -> String {
+        let Self { method, samples, bounces, denoise, settings } = self;
+        let mut text = format!("--method {} --samples {samples} --bounces {bounces}", method.name());
+        if !denoise {
+            text += " --no-denoise";
+        }
+        settings.iter().fold(text, |text, (key, value)| format!("{text} --set {key}={value}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::SETTINGS;
+
+    fn default_choice() -> Choice {
+        Choice { method: Method::Dpt, samples: 64, bounces: 3, denoise: true, settings: vec![] }
+    }
+
+    #[test]
+    fn every_value_is_accepted_and_the_default_changes_nothing() {
+        for knob in KNOBS {
+            assert!(knob.values.contains(&knob.default), "{}: the sweep has the default", knob.name);
+            for value in knob.values {
+                let choice = default_choice().with(knob, value).unwrap();
+                choice.settings().unwrap();
+                assert_eq!(choice == default_choice(), *value == knob.default, "{} = {value}", knob.name);
+            }
+            let at_default = default_choice().with(knob, knob.default).unwrap();
+            assert_eq!(at_default.settings().unwrap(), Settings::default(), "{}", knob.name);
+        }
+    }
+
+    #[test]
+    fn every_setting_is_a_knob_or_says_how_depth_is_read() {
+        for setting in SETTINGS {
+            let geometry = setting.key.starts_with("gap_") || setting.key == "reflectance_cap";
+            assert!(geometry || KNOBS.iter().any(|k| k.name == setting.key), "{} is in no sweep", setting.key);
+        }
+    }
+
+    #[test]
+    fn arguments_are_those_of_the_command() {
+        let knob = |name: &str| KNOBS.iter().find(|k| k.name == name).unwrap();
+        let choice = default_choice().with(knob("mis"), "light").unwrap().with(knob("denoise"), "false").unwrap();
+        assert_eq!(choice.arguments(), "--method dpt --samples 64 --bounces 3 --no-denoise --set mis=light");
+    }
+}

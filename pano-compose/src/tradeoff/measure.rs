@@ -1,0 +1,245 @@
+//! Renders choices, takes their time and their error.
+
+use super::knobs::{KNOBS, Knob, Scope};
+use super::{Choice, Row, TradeoffParams, Truth, suitable};
+use crate::exposure::{encoded, exposed, white_of};
+use crate::pipeline::{
+    Clock, Error, Inputs, Loader, RenderOptions, Rendered, Result, World, build_world, prepare_objects, render_in_world,
+    resolve_method,
+};
+use glam::Vec3;
+use pano_core::{
+    camera::Camera,
+    image::{Image, RadianceImage},
+    metrics::{self, Mask},
+    progress::Progress,
+    scene::{Method, Scene},
+};
+use pano_trace::{objects::Objects, world::CapturedOptions};
+use std::time::Instant;
+
+/// Pixels count where truth and photo differ by this much of white, after encoding: two steps of 8 bits.
+const CHANGED: f32 = 2.0 / 255.0;
+
+/// A scene in memory, ready to be rendered in many ways.
+pub(super) struct Bench<'a> {
+    scene: &'a Scene,
+    params: &'a TradeoffParams,
+    inputs: Inputs,
+    objects: Objects,
+    camera: Camera,
+    /// The world as it was built last.
+    world: Option<Prepared>,
+    judge: Option<Judge>,
+    methods: Vec<Method>,
+    resolved: Method,
+}
+
+struct Prepared {
+    options: CapturedOptions,
+    world: World,
+    ms: f64,
+}
+
+struct Judge {
+    white: f32,
+    truth: Image<Vec3>,
+    mask: Option<Mask>,
+}
+
+/// One picture and what it took.
+pub(super) struct Shot {
+    pub(super) picture: RadianceImage,
+    ms: f64,
+    world_ms: f64,
+    trace_ms: f64,
+    denoise_ms: f64,
+}
+
+impl<'a> Bench<'a> {
+    pub(super) fn new(scene: &'a Scene, params: &'a TradeoffParams, progress: &dyn Progress) -> Result<Self> {
+        progress.begin("load", 1);
+        let inputs = Loader::default().load(scene, 0)?;
+        let objects = prepare_objects(scene, &inputs, 0);
+        if objects.is_empty() {
+            return Err(Error::unsupported("the scene has no objects, so that nothing changes", "add an [[object]]"));
+        }
+        let camera = scene.camera(inputs.photo.size());
+        let methods = suitable(scene, &inputs);
+        let resolved = resolve_method(scene, &inputs, &mut Vec::new())?;
+        Ok(Self { scene, params, inputs, objects, camera, world: None, judge: None, methods, resolved })
+    }
+
+    pub(super) fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    pub(super) fn methods(&self) -> Vec<Method> {
+        self.methods.clone()
+    }
+
+    /// What the scene's own method stands for.
+    pub(super) fn resolved(&self) -> Method {
+        self.resolved
+    }
+
+    pub(super) fn bounces(&self) -> u32 {
+        self.scene.render.bounces
+    }
+
+    /// The defaults of every knob.
+    pub(super) fn default_choice(&self, method: Method) -> Choice {
+        let default = pano_core::scene::Render::default();
+        Choice { method, samples: default.samples, bounces: default.bounces, denoise: true, settings: vec![] }
+    }
+
+    /// Knobs that are swept by themselves, for the scene's own method.
+    pub(super) fn single_knobs(&self) -> impl Iterator<Item = &'static Knob> + use<> {
+        let (captured, delta) = (self.inputs.depth.is_some(), self.resolved == Method::Dpt);
+        KNOBS.iter().filter(move |knob| {
+            let combined = ["samples", "bounces", "denoise"].contains(&knob.name);
+            let applies = match knob.scope {
+                Scope::All => true,
+                Scope::Captured => captured,
+                Scope::Delta => delta,
+            };
+            !combined && applies
+        })
+    }
+
+    /// Errors are taken against `truth` from now on, over the pixels in which it is not the photo.
+    pub(super) fn judge_by(&mut self, truth: &Truth) {
+        let white = white_of(&truth.picture);
+        let encoded_truth = encoded(&exposed(&truth.picture, white));
+        self.judge = Some(Judge { white, truth: encoded_truth, mask: None });
+    }
+
+    /// Counts only pixels in which truth and `photo` differ, if there are any.
+    fn mask_by(&mut self, photo: &RadianceImage) {
+        if let Some(judge) = &mut self.judge
+            && judge.mask.is_none()
+        {
+            let photo = encoded(&exposed(photo, judge.white));
+            let (w, h) = photo.size();
+            let changed = |x, y| (photo.get(x, y) - judge.truth.get(x, y)).abs().max_element() > CHANGED;
+            let mask = Mask::from_fn(w, h, changed);
+            judge.mask = mask.data().contains(&true).then_some(mask);
+        }
+    }
+
+    /// Root mean square error of display-encoded values.
+    pub(super) fn error_of(&self, picture: &RadianceImage) -> Result<f64> {
+        let Some(judge) = &self.judge else { return Ok(f64::NAN) };
+        Ok(metrics::mse(&encoded(&exposed(picture, judge.white)), &judge.truth, judge.mask.as_ref())?.sqrt())
+    }
+
+    /// The picture as it is shown, and its error in false colours, white at a tenth of white or more.
+    pub(super) fn shown(&self, picture: &RadianceImage) -> (RadianceImage, RadianceImage) {
+        let white = self.judge.as_ref().map_or(1.0, |j| j.white);
+        let shown = exposed(picture, white);
+        let map = match &self.judge {
+            None => shown.clone(),
+            Some(judge) => {
+                let codes = encoded(&shown);
+                Image::from_fn(codes.width(), codes.height(), |x, y| {
+                    heat((codes.get(x, y) - judge.truth.get(x, y)).length() / 3f32.sqrt() * 10.0)
+                })
+            }
+        };
+        (shown, map)
+    }
+
+    /// Renders one picture.
+    pub(super) fn picture(&mut self, choice: &Choice, seed: u32, progress: &dyn Progress) -> Result<Rendered> {
+        let (rendered, _) = self.render(choice, seed, progress)?;
+        Ok(rendered)
+    }
+
+    fn render(&mut self, choice: &Choice, seed: u32, progress: &dyn Progress) -> Result<(Rendered, f64)> {
+        let settings = choice.settings()?;
+        let prepared = match self.world.take() {
+            Some(prepared) if prepared.options == settings.captured => prepared,
+            _ => {
+                let begin = Instant::now();
+                let world = build_world(self.scene, &self.inputs, &self.objects, &settings, &mut Vec::new(), progress)?;
+                Prepared { options: settings.captured, world, ms: begin.elapsed().as_secs_f64() * 1e3 }
+            }
+        };
+        let mut scene = self.scene.clone();
+        scene.render.method = choice.method;
+        scene.render.samples = choice.samples;
+        scene.render.bounces = choice.bounces;
+        let options = RenderOptions { denoise: choice.denoise, seed, settings, ..RenderOptions::default() };
+        let rendered = render_in_world(&scene, &self.inputs, &self.objects, &prepared.world, &options, Clock::new(), progress)?;
+        let world_ms = prepared.ms;
+        self.world = Some(prepared);
+        self.mask_by(&rendered.photo);
+        Ok((rendered, world_ms))
+    }
+
+    /// A cheap picture whose time does not count.
+    pub(super) fn warm_up(&mut self, progress: &dyn Progress) -> Result<()> {
+        let choice = Choice { samples: 1, ..self.default_choice(self.resolved) };
+        self.picture(&choice, 0, &Quiet(progress)).map(|_| ())
+    }
+
+    /// Takes time and error of a choice.
+    pub(super) fn measure(&mut self, choice: &Choice, progress: &dyn Progress) -> Result<Row> {
+        let (row, _) = self.measure_and_keep(choice, progress)?;
+        Ok(row)
+    }
+
+    /// The same, with the last of the pictures.
+    pub(super) fn measure_and_keep(&mut self, choice: &Choice, progress: &dyn Progress) -> Result<(Row, RadianceImage)> {
+        let mut shots: Vec<Shot> = Vec::new();
+        for repeat in 0..self.params.repeats.max(1) {
+            let (rendered, world_ms) = self.render(choice, self.params.seed.wrapping_add(repeat), &Quiet(progress))?;
+            let of = |name: &str| rendered.stats.stages.iter().filter(|s| s.name == name).map(|s| s.ms).sum::<f64>();
+            let (trace_ms, denoise_ms, ms) = (of("trace"), of("denoise"), rendered.stats.total_ms + world_ms);
+            shots.push(Shot { picture: rendered.composite.color, ms, world_ms, trace_ms, denoise_ms });
+        }
+        let errors = shots.iter().map(|s| self.error_of(&s.picture)).collect::<Result<Vec<f64>>>()?;
+        let n = errors.len() as f64;
+        let error = errors.iter().sum::<f64>() / n;
+        let variance = errors.iter().map(|e| (e - error).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        let median = |of: fn(&Shot) -> f64| {
+            let mut values: Vec<f64> = shots.iter().map(of).collect();
+            values.sort_by(f64::total_cmp);
+            0.5 * (values[(values.len() - 1) / 2] + values[values.len() / 2])
+        };
+        let row = Row {
+            series: String::new(),
+            arguments: choice.arguments(),
+            method: choice.method.name().into(),
+            samples: choice.samples,
+            bounces: choice.bounces,
+            denoise: choice.denoise,
+            value: String::new(),
+            ms: median(|s| s.ms),
+            world_ms: median(|s| s.world_ms),
+            trace_ms: median(|s| s.trace_ms),
+            denoise_ms: median(|s| s.denoise_ms),
+            error,
+            error_se: (variance / n).sqrt(),
+            repeats: errors.len() as u32,
+        };
+        let last = shots.pop().map_or_else(|| self.inputs.photo.as_ref().clone(), |s| s.picture);
+        Ok((row, last))
+    }
+}
+
+/// Passes on only that the work should stop: a sweep has a bar of its own.
+struct Quiet<'a>(&'a dyn Progress);
+
+impl Progress for Quiet<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
+/// Black, red, yellow, white for 0 to 1.
+fn heat(value: f32) -> Vec3 {
+    let v = 3.0 * value.clamp(0.0, 1.0);
+    let encoded = Vec3::new(v, v - 1.0, v - 2.0).clamp(Vec3::ZERO, Vec3::ONE);
+    encoded.map(pano_core::color::srgb_to_linear)
+}

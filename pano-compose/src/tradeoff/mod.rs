@@ -1,0 +1,148 @@
+//! What accuracy costs in time: every knob of every method that suits a scene, measured against the truth.
+//!
+//! ```text
+//! scene ──> truth (given, or a converged run) ──┐
+//!   └────> method × samples × bounces × filter ─┼──> time, error ──> front, what to choose ──> CSV, SVG, HTML
+//!   └────> each other knob by itself ───────────┘
+//! ```
+//!
+//! **Error** is the root mean square difference of display-encoded values (white 1, black 0) over the pixels the objects
+//! change. **Time** is the median of repeats, from the prepared scene to the composite; where a panorama has depth it includes
+//! preparing the captured world. What was measured is written at once, and a second run goes on where the first stopped.
+
+mod charts;
+mod front;
+mod knobs;
+mod measure;
+mod page;
+mod record;
+mod truth;
+
+pub use front::{BUDGETS_MS, affordable, front};
+pub use knobs::{Choice, KNOBS, Knob, Scope};
+pub use record::Row;
+pub use truth::Truth;
+
+use crate::pipeline::{Folder, Result, resolve_method};
+use measure::Bench;
+use pano_core::{
+    image::RadianceImage,
+    progress::Progress,
+    scene::{Method, Scene},
+};
+use record::Record;
+
+/// How much is measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TradeoffParams {
+    /// Repeats of each measurement, with seeds of their own, ≥ 1; the median time and the mean error count.
+    pub repeats: u32,
+    /// Samples are not raised further once a picture takes this many milliseconds.
+    pub longest_ms: f64,
+    /// Samples a pixel of the converged run, ≥ 2, where no truth is given.
+    pub truth_samples: u32,
+    /// The truth: linear radiance of the view, if it is known.
+    pub truth: Option<RadianceImage>,
+    /// Changes all random numbers.
+    pub seed: u32,
+}
+
+impl TradeoffParams {
+    /// Minutes to half an hour for a picture of some hundred thousand pixels.
+    pub fn full() -> Self {
+        Self { repeats: 3, longest_ms: 12_000.0, truth_samples: 1024, truth: None, seed: 0 }
+    }
+
+    /// A first look.
+    pub fn quick() -> Self {
+        Self { repeats: 2, longest_ms: 1_500.0, truth_samples: 128, ..Self::full() }
+    }
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Tradeoff {
+    /// Everything that was measured.
+    pub rows: Vec<Row>,
+    /// The truth and how sure of it we are.
+    pub truth: Truth,
+    /// The files that were written.
+    pub files: Vec<String>,
+}
+
+/// Series of a [`Row`] that belongs to the combinations of samples, bounces and filter.
+pub const COMBINATION: &str = "combination";
+
+/// Measures `scene` and writes `results.csv`, charts, pictures and `index.html` into `folder`.
+///
+/// # Errors
+/// Faults of the files the scene names, a truth of the wrong size, results of something else in the folder, or
+/// [`crate::pipeline::Error::Cancelled`]; what was measured until then is kept.
+pub fn run(
+    scene: &Scene,
+    scene_text: &str,
+    params: &TradeoffParams,
+    folder: &Folder,
+    progress: &dyn Progress,
+) -> Result<Tradeoff> {
+    let mut bench = Bench::new(scene, params, progress)?;
+    let mut record = Record::open(folder, scene_text, params)?;
+    let truth = truth::find(&mut bench, params, folder, progress)?;
+    bench.judge_by(&truth);
+    let methods: Vec<Method> = bench.methods();
+    progress.begin("sweep", (methods.len() * combinations_at_most() + single_values(&bench)) as u64);
+    bench.warm_up(progress)?;
+
+    let (samples, bounces, denoise) = (knob("samples"), knob("bounces"), knob("denoise"));
+    for &method in &methods {
+        for filtered in denoise.values {
+            for scattered in bounces.values {
+                // Once a picture takes too long, more samples take longer.
+                let mut over = false;
+                for count in samples.values {
+                    if !over {
+                        let choice = bench.default_choice(method).with(denoise, filtered)?.with(bounces, scattered)?;
+                        let row = record.or_measure(COMBINATION, &choice.with(samples, count)?, &mut bench, progress)?;
+                        over = row.ms > params.longest_ms;
+                    }
+                    progress.advance(1);
+                }
+            }
+        }
+    }
+    let base = bench.default_choice(bench.resolved());
+    for knob in bench.single_knobs() {
+        for value in knob.values {
+            record.or_measure(knob.name, &base.with(knob, value)?, &mut bench, progress)?;
+            progress.advance(1);
+        }
+    }
+    let files = page::write(folder, &mut bench, &record, &truth, progress)?;
+    Ok(Tradeoff { rows: record.into_rows(), truth, files })
+}
+
+/// The knob of that name.
+fn knob(name: &str) -> &'static Knob {
+    KNOBS.iter().find(|k| k.name == name).unwrap_or(&KNOBS[0])
+}
+
+fn combinations_at_most() -> usize {
+    ["samples", "bounces", "denoise"].map(|name| knob(name).values.len()).iter().product()
+}
+
+fn single_values(bench: &Bench<'_>) -> usize {
+    bench.single_knobs().map(|k| k.values.len()).sum()
+}
+
+/// The methods that can render this scene, in the order of [`Method::ALL`].
+fn suitable(scene: &Scene, inputs: &crate::pipeline::Inputs) -> Vec<Method> {
+    let can = |&method: &Method| {
+        let mut scene = scene.clone();
+        scene.render.method = method;
+        method != Method::Auto && resolve_method(&scene, inputs, &mut Vec::new()).is_ok()
+    };
+    Method::ALL.into_iter().filter(can).collect()
+}
+
+#[cfg(test)]
+mod tests;

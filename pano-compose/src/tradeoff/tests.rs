@@ -1,0 +1,112 @@
+use super::*;
+use pano_core::io;
+use pano_core::progress::Silent;
+use proptest::prelude::*;
+use std::path::Path;
+
+fn row(ms: f64, error: f64) -> Row {
+    Row {
+        series: COMBINATION.into(),
+        arguments: format!("{ms} {error}"),
+        method: "dpt".into(),
+        samples: 1,
+        bounces: 1,
+        denoise: true,
+        value: String::new(),
+        ms,
+        world_ms: 0.0,
+        trace_ms: ms,
+        denoise_ms: 0.0,
+        error,
+        error_se: 0.0,
+        repeats: 1,
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_front_holds_just_what_nothing_dominates(points in prop::collection::vec((1.0..100.0f64, 0.01..1.0f64), 1..40)) {
+        let rows: Vec<Row> = points.iter().map(|&(ms, error)| row(ms, error)).collect();
+        let front = front(&rows);
+        let dominated = |a: &Row| rows.iter().any(|b| b.ms <= a.ms && b.error <= a.error && (b.ms < a.ms || b.error < a.error));
+        for r in &rows {
+            prop_assert_eq!(front.iter().any(|f| f.arguments == r.arguments), !dominated(r), "{:?}", r);
+        }
+        for budget in [0.5, 10.0, 50.0, 1000.0] {
+            let best = rows.iter().filter(|r| r.ms <= budget).map(|r| r.error).reduce(f64::min);
+            prop_assert_eq!(affordable(&front, budget).map(|r| r.error), best);
+        }
+    }
+}
+
+const MESH: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 2\nproperty list uchar int vertex_indices\nend_header\n-0.4 0 0\n0.4 0 0\n0.4 0.9 0\n-0.4 0.9 0\n3 0 1 2\n3 0 2 3\n";
+
+/// A card on a plane under a sky with a sun; `extra` goes to the end.
+fn scene(folder: &Path, extra: &str) -> (Scene, String) {
+    let sky = RadianceImage::from_fn(64, 32, |x, y| glam::Vec3::splat(if (x, y) == (20, 6) { 400.0 } else { 1.0 }));
+    io::write_image(folder.join("sky.exr"), &sky, None).unwrap();
+    std::fs::write(folder.join("card.ply"), MESH).unwrap();
+    let text = format!(
+        "[panorama]\ncolor = 'sky.exr'\nposition = [0, 1, 0]\n[[proxy]]\nplane = {{ size = [8, 8] }}\nalbedo = [0.5, 0.5, 0.5]\n\
+         [[object]]\nmesh = 'card.ply'\nposition = [0, 0, -2]\n[view]\nkind = 'perspective'\npitch = -25\nsize = [24, 16]\n{extra}"
+    );
+    (Scene::parse(&text, folder.join("scene.toml")).unwrap(), text)
+}
+
+fn small() -> TradeoffParams {
+    TradeoffParams { repeats: 2, longest_ms: 2.0, truth_samples: 64, ..TradeoffParams::quick() }
+}
+
+#[test]
+fn a_sweep_writes_its_page_goes_on_and_refuses_what_is_not_its_own() {
+    let temp = tempfile::tempdir().unwrap();
+    let (scene, text) = scene(temp.path(), "");
+    let folder = Folder::create(temp.path().join("out")).unwrap();
+    let first = run(&scene, &text, &small(), &folder, &Silent).unwrap();
+    for name in &first.files {
+        assert!(folder.path().join(name).metadata().unwrap().len() > 0, "{name}");
+    }
+    let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("data:image/png;base64,") && !page.contains("{overview}"));
+    assert!(!page.contains("src=\"http") && !page.contains("href="), "the page is self-contained");
+    assert!(first.truth.error.unwrap() > 0.0);
+    // Unfiltered noise falls; the filter's rows need not.
+    let raw = |n: u32| first.rows.iter().find(|r| r.method == "dpt" && r.bounces == 3 && !r.denoise && r.samples == n);
+    let (few, more) = (raw(1).unwrap(), raw(4).unwrap());
+    assert!(more.error < few.error && few.error_se > 0.0, "{few:?} {more:?}");
+
+    let csv = std::fs::read(folder.path().join("results.csv")).unwrap();
+    let again = run(&scene, &text, &small(), &folder, &Silent).unwrap();
+    assert_eq!(first.rows, again.rows, "nothing is measured twice");
+    assert_eq!(csv, std::fs::read(folder.path().join("results.csv")).unwrap());
+
+    let error = run(&scene, "another scene", &small(), &folder, &Silent).unwrap_err();
+    assert!(error.to_string().contains("another scene") && error.remedy().is_some(), "{error}");
+}
+
+#[test]
+fn a_given_truth_must_fit_and_is_believed() {
+    let temp = tempfile::tempdir().unwrap();
+    let (scene, text) = scene(temp.path(), "");
+    let folder = Folder::create(temp.path().join("out")).unwrap();
+    let wrong = TradeoffParams { truth: Some(RadianceImage::filled(8, 8, glam::Vec3::ONE)), ..small() };
+    let error = run(&scene, &text, &wrong, &folder, &Silent).unwrap_err();
+    assert!(error.to_string().contains("8×8") && error.to_string().contains("24×16"), "{error}");
+
+    let mut bench = Bench::new(&scene, &wrong, &Silent).unwrap();
+    let choice = bench.default_choice(Method::Dpt);
+    let picture = bench.picture(&choice, 0, &Silent).unwrap().composite.color;
+    bench.judge_by(&Truth { picture: picture.clone(), error: None, origin: "itself".into() });
+    assert_eq!(bench.error_of(&picture).unwrap(), 0.0);
+}
+
+#[test]
+fn a_scene_without_objects_is_refused() {
+    let temp = tempfile::tempdir().unwrap();
+    let (mut scene, text) = scene(temp.path(), "");
+    scene.objects.clear();
+    let folder = Folder::create(temp.path().join("out")).unwrap();
+    let error = run(&scene, &text, &small(), &folder, &Silent).unwrap_err();
+    assert!(error.to_string().contains("no objects"), "{error}");
+}
