@@ -5,5 +5,6 @@ pub mod bvh;
 pub mod iprt;
 pub mod objects;
 pub mod prt;
+pub mod sparse;
 pub mod tracer;
 pub mod world;

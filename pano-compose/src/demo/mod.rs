@@ -168,7 +168,10 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     for method in METHODS {
         scene.render.method = method;
         let step = Step { progress, name: method.name() };
-        composites.push((method, pipeline::render_in_world(&scene, &inputs, &objects, &world, &options, Clock::new(), &step)?));
+        composites.push((
+            method,
+            pipeline::render_in_world(&scene, &inputs, &objects, &world, &options, &mut None, Clock::new(), &step)?,
+        ));
     }
 
     let camera = place.view(params.view);

@@ -103,13 +103,15 @@ pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -
     Sequence::new(scene, options).render(options.frame, progress)
 }
 
-/// [`render`] with the world already built: for more than one picture of it.
+/// [`render`] with the world already built: for more than one picture of it. `past` is what a sequence carries from frame to
+/// frame.
 pub(crate) fn render_in_world(
     scene: &Scene,
     inputs: &Inputs,
     objects: &Objects,
     world: &World,
     options: &RenderOptions,
+    past: &mut Option<iprt::State>,
     mut clock: Clock,
     progress: &dyn Progress,
 ) -> Result<Rendered> {
@@ -125,7 +127,7 @@ pub(crate) fn render_in_world(
 
     if method == Method::Iprt {
         let frame = iprt::Frame { scene, inputs, objects, world, options, camera: &camera };
-        let traced = iprt::trace(&frame, photo, lighting, &mut clock, &mut warnings, progress)?;
+        let traced = iprt::trace(&frame, photo, lighting, past, &mut clock, &mut warnings, progress)?;
         return finish(camera, inputs.encoding, traced, method.name(), plan, warnings, clock);
     }
 

@@ -19,6 +19,10 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "mis", help: "balance | light | bsdf: which strategies sample direct light (balance)" },
     Setting { key: "second_order", help: "true | false: changed surfaces change one another and show in objects (true)" },
     Setting { key: "delta_passes", help: "1–16: how often the change of real surfaces is filtered (3)" },
+    Setting {
+        key: "sparse",
+        help: "true | false: iprt traces one pixel in 4 or 16 where nothing changes, from the second frame on (true)",
+    },
     Setting { key: "reflectance_cap", help: "0–1: largest diffuse reflectance read off the picture (0.9)" },
     Setting { key: "field_resolution", help: "quads along a cube face of the depth field; 0: the panorama's own (0)" },
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
@@ -37,6 +41,8 @@ pub struct Settings {
     pub second_order: bool,
     /// `delta_passes`.
     pub delta_passes: u32,
+    /// `sparse`.
+    pub sparse: bool,
     /// How a captured field is prepared.
     pub captured: CapturedOptions,
 }
@@ -46,6 +52,7 @@ impl Default for Settings {
         Self {
             mis: Mis::Balance,
             second_order: true,
+            sparse: true,
             delta_passes: cross_bilateral::Params::default().delta_passes,
             captured: CapturedOptions::default(),
         }
@@ -76,6 +83,7 @@ impl Settings {
             }
             "second_order" => self.second_order = value.parse().map_err(|_| bad())?,
             "delta_passes" => self.delta_passes = count(1, 16)?,
+            "sparse" => self.sparse = value.parse().map_err(|_| bad())?,
             "reflectance_cap" => self.captured.reflectance_cap = number(0.0, 1.0)?,
             "field_resolution" => self.captured.field.resolution = count(0, 4096)? as usize,
             "gap_contrast" => self.captured.field.gap_contrast = number(1.0, 1e6)?,

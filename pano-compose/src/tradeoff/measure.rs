@@ -170,7 +170,8 @@ impl<'a> Bench<'a> {
         scene.render.samples = choice.samples;
         scene.render.bounces = choice.bounces;
         let options = RenderOptions { denoise: choice.denoise, seed, settings, ..RenderOptions::default() };
-        let rendered = render_in_world(&scene, &self.inputs, &self.objects, &prepared.world, &options, Clock::new(), progress)?;
+        let rendered =
+            render_in_world(&scene, &self.inputs, &self.objects, &prepared.world, &options, &mut None, Clock::new(), progress)?;
         let world_ms = prepared.ms;
         self.world = Some(prepared);
         self.mask_by(&rendered.photo);

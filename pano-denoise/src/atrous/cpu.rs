@@ -57,6 +57,32 @@ pub(super) fn filter(
     Energy::between(&before, signal)
 }
 
+/// See [`super::spatial_variance`]; sizes are checked there.
+pub(super) fn spatial_variance(params: &Params, guides: &Guides<'_>, share: &Image<f32>, signal: &Image<Vec3>) -> Image<f32> {
+    /// Half the window's side.
+    const RADIUS: isize = 3;
+    let (width, height) = signal.size();
+    let surfaces = Surfaces::new(guides.depth, guides.normal, params.wrap);
+    let luminance: Vec<Option<f64>> = (signal.data().iter().zip(share.data()))
+        .map(|(&v, &s)| (s > 0.0 && v.is_finite()).then(|| bright(v.as_dvec3() / f64::from(s.min(1.0)))))
+        .collect();
+    Image::par_from_fn(width, height, |x, y| {
+        let p = y * width + x;
+        let Some(here) = luminance[p] else { return 0.0 };
+        let (mut sum, mut squares, mut weights) = (0.0, 0.0, 0.0);
+        for (dx, dy) in (-RADIUS..=RADIUS).flat_map(|dy| (-RADIUS..=RADIUS).map(move |dx| (dx, dy))) {
+            let Some(place) = surfaces.place(x, y, dx, dy) else { continue };
+            let Some(value) = luminance[place.index] else { continue };
+            let weight = (-surfaces.exponent(p, place, dx, dy, params.sigma_depth, params.sigma_normal)).exp();
+            // Differences keep their precision where values do not.
+            let apart = value - here;
+            (sum, squares, weights) = (sum + weight * apart, squares + weight * apart * apart, weights + weight);
+        }
+        let variance = if weights > 0.0 { squares / weights - (sum / weights).powi(2) } else { 0.0 };
+        if variance > 0.0 { to_f32(variance) } else { 0.0 }
+    })
+}
+
 /// One pass with taps `step` pixels apart.
 fn pass(params: &Params, surfaces: &Surfaces<'_>, pixels: &[Pixel], width: usize, step: isize) -> Vec<Pixel> {
     let mut out = pixels.to_vec();
@@ -80,38 +106,36 @@ fn average(
     out: &mut Pixel,
 ) {
     let center = pixels[p];
-    let mut taps = [(0usize, 0.0f64, 0isize, 0isize); 25];
-    let mut black = center.luminance == 0.0 && center.value == DVec3::ZERO;
-    let (mut spread, mut count) = (0.0, 0.0);
-    let mut used = 0;
-    for j in 0..5 {
-        for i in 0..5 {
-            let (dx, dy) = (i as isize - 2, j as isize - 2);
-            let Some(place) = surfaces.place(x, y, dx * step, dy * step) else { continue };
-            let tap = pixels[place.index];
-            if tap.share == 0.0 {
-                continue;
-            }
-            black &= tap.value == DVec3::ZERO;
-            let guide = surfaces.exponent(p, place, dx * step, dy * step, params.sigma_depth, params.sigma_normal);
-            taps[used] = (place.index, SPLINE[i] * SPLINE[j] * (-guide).exp(), dx, dy);
-            used += 1;
-        }
+    let mut places = [None; 25];
+    let mut black = center.value == DVec3::ZERO;
+    for (i, place) in places.iter_mut().enumerate() {
+        let (dx, dy) = (i as isize % 5 - 2, i as isize / 5 - 2);
+        *place = surfaces.place(x, y, dx * step, dy * step).filter(|q| pixels[q.index].share > 0.0);
+        black &= place.is_none_or(|q| pixels[q.index].value == DVec3::ZERO);
     }
+    // Most of the change is nothing.
     if black {
         return;
     }
-    // Variances are noisy themselves: a 3×3 mean over the same surface.
-    for &(q, weight, dx, dy) in &taps[..used] {
+    let mut taps = [(0usize, 0.0f64); 25];
+    let (mut spread, mut count, mut used) = (0.0, 0.0, 0);
+    for (i, place) in places.iter().enumerate() {
+        let Some(place) = *place else { continue };
+        let (dx, dy) = (i as isize % 5 - 2, i as isize / 5 - 2);
+        let guide = surfaces.exponent(p, place, dx * step, dy * step, params.sigma_depth, params.sigma_normal);
+        let weight = SPLINE[i % 5] * SPLINE[i / 5] * (-guide).exp();
+        taps[used] = (place.index, weight);
+        used += 1;
+        // Variances are noisy themselves: a 3×3 mean over the same surface.
         if dx.abs() <= 1 && dy.abs() <= 1 {
-            spread += pixels[q].variance * weight;
+            spread += pixels[place.index].variance * weight;
             count += weight;
         }
     }
     let deviation = if count > 0.0 { (spread / count).sqrt() } else { 0.0 };
     let scale = f64::from(params.sigma_luminance) * deviation + ROUNDING * center.luminance.abs() + f64::MIN_POSITIVE;
     let (mut sum, mut weights, mut variance) = (DVec3::ZERO, 0.0, 0.0);
-    for &(q, weight, ..) in &taps[..used] {
+    for &(q, weight) in &taps[..used] {
         let tap = pixels[q];
         // A larger share of the pixel is a better known value.
         let weight = weight * tap.share * (-((tap.luminance - center.luminance).abs() / scale)).exp();

@@ -89,5 +89,19 @@ pub fn filter(
     Ok(cpu::filter(params, guides, share, variance, signal))
 }
 
+/// The variance of each pixel's luminance, from its 7×7 neighbours on the same surface: for signals of one sample a pixel.
+/// Arguments as for [`filter`].
+///
+/// # Errors
+/// [`Error::Argument`] if the pictures differ in size.
+pub fn spatial_variance(params: &Params, guides: &Guides<'_>, share: &Image<f32>, signal: &Image<Vec3>) -> Result<Image<f32>> {
+    crate::check_sizes(
+        "à-trous filter",
+        signal.size(),
+        &[("depth", guides.depth.size()), ("normal", guides.normal.size()), ("share", share.size())],
+    )?;
+    Ok(cpu::spatial_variance(params, guides, share, signal))
+}
+
 #[cfg(test)]
 mod tests;

@@ -73,6 +73,26 @@ impl GBuffer {
         }
     }
 
+    /// Share of each pixel that shows an object, [0, 1]: 4×4 points where the pixel or one of its neighbours shows another
+    /// thing, else the centre's answer.
+    pub fn coverage<W: RealWorld>(&self, frame: &Frame<'_>, world: &W) -> Image<f32> {
+        let (w, h) = self.size();
+        Image::par_from_fn(w, h, |x, y| {
+            let here = self.thing.get(x, y);
+            let around = |k: usize, side: usize| k.saturating_sub(1)..=(k + 1).min(side - 1);
+            if around(y, h).all(|ny| around(x, w).all(|nx| self.thing.get(nx, ny) == here)) {
+                return f32::from(u8::from(here > 0));
+            }
+            let corner = Vec2::new(x as f32, y as f32);
+            let hits = (0..16).filter(|k| {
+                let at = corner + (Vec2::new((k % 4) as f32, (k / 4) as f32) + 0.5) / 4.0;
+                let ray = Ray::new(frame.camera.position, frame.camera.direction(at));
+                frame.objects.intersect(&ray).is_some_and(|hit| world.hit(&ray.up_to(hit.hit.t)).is_none())
+            });
+            hits.count() as f32 / 16.0
+        })
+    }
+
     /// `(width, height)`.
     pub fn size(&self) -> (usize, usize) {
         self.depth.size()

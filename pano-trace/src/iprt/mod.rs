@@ -17,11 +17,13 @@
 //! - What is filtered is E_R and the change E_RV − E_R, not E_RV: the change has the sharp shadows, E_R is smooth.
 
 mod gbuffer;
+mod motion;
 mod screen;
 mod trace;
 mod update;
 
 pub use gbuffer::GBuffer;
+pub use motion::{Earlier, motion};
 pub use screen::{EXTENSION, ScreenObjects};
 pub use trace::{RealEstimate, VirtualEstimate, trace_real, trace_virtual};
 pub use update::{Update, UpdatedWorld, panorama_update};
@@ -58,6 +60,10 @@ pub enum Reach {
 pub struct Params {
     /// Frames of one sample a pixel that are averaged, ≥ 1. Noise falls with the root, time grows linearly.
     pub samples: u32,
+    /// Points of a pixel that a sample tries before it gives up finding a real surface (in the first pass) or an object (in
+    /// the second), ≥ 1. With 1 the share of samples that find one is the pixel's; with more every pixel at a silhouette has
+    /// a value of both kinds, and its share is [`GBuffer::coverage`]'s.
+    pub attempts: u32,
     /// Scattering events after the camera, ≥ 1.
     pub bounces: u32,
     /// How rays find objects.
@@ -66,7 +72,7 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self { samples: 1, bounces: 3, reach: Reach::Bvh }
+        Self { samples: 1, attempts: 1, bounces: 3, reach: Reach::Bvh }
     }
 }
 

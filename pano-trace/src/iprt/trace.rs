@@ -203,9 +203,8 @@ impl<W: RealWorld> Pass<'_, W> {
         let thinning = self.world.hit(&center).map_or(1, |hit| self.tracer.thinning(&hit));
         let mut pixel = RealPixel { samples: self.params.samples.div_ceil(thinning), ..RealPixel::default() };
         for index in 0..pixel.samples {
-            let mut walk = Walk { sampler: Sampler::new(at, index, self.frame.stream), rays: 0 };
-            let (ray, pick) = self.camera_ray(at, &mut walk);
-            if let First::Real(hit) = self.first(&ray, &mut walk) {
+            let (mut walk, ray, pick, first) = self.aim(at, index, pixel.samples, |first| matches!(first, First::Real(_)));
+            if let First::Real(hit) = first {
                 let hit = self.world.shown_surface(hit, ray.direction, pick);
                 let (real, change, touched) = self.irradiance(&hit, &mut walk);
                 pixel.real.add(real);
@@ -231,9 +230,8 @@ impl<W: RealWorld> Pass<'_, W> {
             return seen;
         }
         for index in 0..self.params.samples {
-            let mut walk = Walk { sampler: Sampler::new(at, index, self.frame.stream), rays: 0 };
-            let (ray, _) = self.camera_ray(at, &mut walk);
-            if let First::Object(hit) = self.first(&ray, &mut walk) {
+            let (mut walk, ray, _, first) = self.aim(at, index, self.params.samples, |f| matches!(f, First::Object(_)));
+            if let First::Object(hit) = first {
                 seen.add(self.sent_back(ray, hit, self.params.bounces, &mut walk));
             }
             *rays += walk.rays;
@@ -241,14 +239,24 @@ impl<W: RealWorld> Pass<'_, W> {
         seen
     }
 
-    fn camera_ray(&self, at: UVec2, walk: &mut Walk) -> (Ray, f32) {
-        let [jx, jy, pick, _] = walk.sampler.next_4d();
-        let direction = self.frame.camera.direction(at.as_vec2() + Vec2::new(jx, jy));
-        (Ray::new(self.frame.camera.position, direction), pick)
-    }
-
-    fn first(&self, ray: &Ray, walk: &mut Walk) -> First {
-        self.tracer.first(ray, Scene::Mixed, walk)
+    /// A camera ray of sample `index` of `samples`, what it meets, and a number left over; the first that is `wanted` of
+    /// those allowed, or the last.
+    fn aim(&self, at: UVec2, index: u32, samples: u32, wanted: impl Fn(&First) -> bool) -> (Walk, Ray, f32, First) {
+        let mut attempt = 0;
+        let mut rays = 0;
+        loop {
+            let sampler = Sampler::new(at, index + attempt * samples, self.frame.stream);
+            let mut walk = Walk { sampler, rays };
+            let [jx, jy, pick, _] = walk.sampler.next_4d();
+            let direction = self.frame.camera.direction(at.as_vec2() + Vec2::new(jx, jy));
+            let ray = Ray::new(self.frame.camera.position, direction);
+            let first = self.tracer.first(&ray, Scene::Mixed, &mut walk);
+            attempt += 1;
+            if wanted(&first) || attempt >= self.params.attempts {
+                return (walk, ray, pick, first);
+            }
+            rays = walk.rays;
+        }
     }
 
     /// Radiance that an object sends back along `ray`.
