@@ -105,6 +105,7 @@ pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -
 
 /// [`render`] with the world already built: for more than one picture of it. `past` is what a sequence carries from frame to
 /// frame.
+#[expect(clippy::too_many_arguments, reason = "a frame is made of all of these, and each caller has others at hand")]
 pub(crate) fn render_in_world(
     scene: &Scene,
     inputs: &Inputs,
@@ -121,6 +122,7 @@ pub(crate) fn render_in_world(
     let pixels = (camera.width * camera.height) as u64;
     let mut facts = inputs.facts(scene, method);
     facts.no_back_faces = !options.settings.captured.field.back_faces;
+    facts.no_sparse = !options.settings.sparse;
     let plan = EffectPlan::for_scene(&facts);
     let (photo, lighting) = view_of_photo(scene, inputs, world, &camera)?;
     clock.stage("view", pixels, 0);

@@ -57,7 +57,8 @@ pub fn resolve_method(scene: &Scene, inputs: &Inputs, warnings: &mut Vec<String>
             } else if inputs.depth.is_none() && inputs.encoding != SourceEncoding::LinearFloat {
                 warnings.push("an LDR panorama lights the scene by inverse tone mapping; shadows are estimates".into());
             }
-            Ok(Method::Dpt)
+            let is_video = scene.panorama.color.is_sequence() && inputs.depth.is_some();
+            Ok(if is_video { Method::Iprt } else { Method::Dpt })
         }
         method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl) => Ok(method),
         Method::Iprt if inputs.depth.is_some() => Ok(Method::Iprt),
@@ -102,7 +103,7 @@ pub fn build_world(
             warnings.push("the panorama has depth: proxies are not used".into());
         }
         let mut options = settings.captured;
-        if scene.render.method == Method::Iprt {
+        if resolve_method(scene, inputs, &mut Vec::new())? == Method::Iprt {
             // Irradiance is what that method estimates itself.
             (options.irradiance_width, options.irradiance_samples) = (8, 1);
         }

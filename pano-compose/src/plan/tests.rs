@@ -29,6 +29,7 @@ fn all_facts() -> impl Iterator<Item = SceneFacts> {
             has_depth: bit(4),
             has_proxies: bit(5),
             no_back_faces: bit(8),
+            no_sparse: bit(3),
             is_sequence: bit(6),
             moving: bit(7),
             method: method.to_owned(),
@@ -62,12 +63,12 @@ fn without_objects_everything_is_off() {
 fn what_does_not_exist_is_never_on() {
     for facts in all_facts() {
         let plan = EffectPlan::for_scene(&facts);
-        for effect in ["ambient_occlusion", "sparse", "temporal", "lens"] {
+        for effect in ["ambient_occlusion", "lens"] {
             assert!(!plan.is_on(effect), "{effect}: {facts:?}");
         }
     }
     let sequence = SceneFacts { is_sequence: true, method: "mr360".to_owned(), ..still() };
-    for effect in ["ambient_occlusion", "sparse", "temporal", "lens"] {
+    for effect in ["ambient_occlusion", "lens"] {
         assert!(why(&sequence, effect).contains("not available yet"), "{effect}: {}", why(&sequence, effect));
     }
 }
@@ -79,8 +80,20 @@ fn a_diffuse_object_needs_shadows_and_influence_only() {
     assert!(why(&still(), "transmission").contains("no material"));
     assert!(why(&still(), "multi_bounce").contains("bounces is 1"));
     assert!(why(&still(), "ambient_occlusion").contains("dpt samples every direction"));
-    assert!(why(&still(), "temporal").contains("still"));
-    assert!(why(&still(), "sparse").contains("still"));
+    assert!(why(&still(), "temporal").contains("dpt traces every frame by itself"));
+}
+
+#[test]
+fn sequences_by_iprt_are_sparse_and_remember() {
+    let iprt = SceneFacts { method: "iprt".to_owned(), ..still() };
+    for effect in ["sparse", "temporal"] {
+        assert!(!on(&iprt).contains(&effect) && why(&iprt, effect).contains("still"), "{effect}");
+        for sequence in [SceneFacts { is_sequence: true, ..iprt.clone() }, SceneFacts { moving: true, ..iprt.clone() }] {
+            assert!(on(&sequence).contains(&effect), "{effect}");
+        }
+    }
+    let dense = SceneFacts { is_sequence: true, no_sparse: true, ..iprt };
+    assert!(!on(&dense).contains(&"sparse") && why(&dense, "sparse").contains("switched off"));
 }
 
 #[test]
