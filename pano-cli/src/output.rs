@@ -24,6 +24,14 @@ pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     }
 }
 
+/// Prints one JSON object to stdout, on a line of its own.
+pub(crate) fn print_json_line(value: &impl Serialize) -> Result<(), Failure> {
+    match serde_json::to_string(value) {
+        Ok(json) => print(&(json + "\n")),
+        Err(e) => Err(Error::argument(format!("the result cannot be written as JSON: {e}")).into()),
+    }
+}
+
 /// Prints a line to stderr, if anyone still reads it.
 pub(crate) fn message(text: &str) {
     let _ = writeln!(io::stderr(), "{}", text.trim_end_matches('\n'));

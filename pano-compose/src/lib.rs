@@ -3,11 +3,14 @@
 //! - [`composite`] puts traced layers over the photo, builds the channels of a layered picture, and encodes 8-bit output.
 //! - [`plan`] says which effects a scene calls for, and why.
 //! - [`pipeline`] joins the stages of all crates to frames.
+//! - [`annotate`] writes on pictures and marks lights (feature `annotate`).
 //! - [`demo`] does all of it in a room made in code, and compares with the truth (feature `demo`).
 //! - [`tradeoff`] measures what accuracy costs in time (feature `tradeoff`).
 //!
 //! Without the default feature `pipeline` the crate depends on `pano-core` alone.
 
+#[cfg(feature = "annotate")]
+pub mod annotate;
 pub mod composite;
 #[cfg(feature = "demo")]
 pub mod demo;

@@ -20,6 +20,7 @@ pub mod image;
 #[cfg(feature = "io")]
 pub mod io;
 pub mod layers;
+pub mod light;
 pub mod material;
 pub mod mesh;
 #[cfg(feature = "metrics")]

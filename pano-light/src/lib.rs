@@ -14,4 +14,15 @@
 //! # Ok::<(), pano_core::Error>(())
 //! ```
 
+pub mod clipped;
+pub mod detect;
 pub mod expand;
+mod grid;
+pub mod ibl;
+pub mod remap;
+#[cfg(test)]
+mod test_maps;
+pub mod track;
+mod working;
+
+pub use working::WorkingMap;

@@ -3,6 +3,7 @@
 pub mod bsdf;
 pub mod bvh;
 pub mod iprt;
+pub mod mr360;
 pub mod objects;
 pub mod prt;
 pub mod sparse;

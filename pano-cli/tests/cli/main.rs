@@ -2,5 +2,7 @@
 
 mod compare;
 mod info;
+mod lights;
+mod plan;
 mod render;
 mod support;

@@ -15,7 +15,6 @@ mod reference;
 mod sheet;
 mod smooth;
 mod survey;
-mod text;
 
 pub use numbers::{MethodNumbers, Numbers, ReferenceCost, Score, Scores};
 
@@ -168,10 +167,7 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     for method in METHODS {
         scene.render.method = method;
         let step = Step { progress, name: method.name() };
-        composites.push((
-            method,
-            pipeline::render_in_world(&scene, &inputs, &objects, &world, &options, &mut None, Clock::new(), &step)?,
-        ));
+        composites.push((method, pipeline::render_in_world(&scene, &inputs, &objects, &world, &options, Clock::new(), &step)?));
     }
 
     let camera = place.view(params.view);

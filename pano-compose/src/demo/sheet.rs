@@ -1,8 +1,8 @@
 //! The contact sheet: pictures with their names, times and errors, and below each where it is wrong.
 
 use super::numbers::Score;
-use super::text::{self, GLYPH};
 use super::{Demo, MethodNumbers};
+use crate::annotate::text::{self, GLYPH};
 use crate::exposure::{encoded, exposed};
 use glam::Vec3;
 use pano_core::image::RadianceImage;

@@ -41,6 +41,11 @@ impl Inputs {
         self.lighting.as_ref().unwrap_or(&self.photo)
     }
 
+    /// By how much [`Self::radiance`] of LDR input would be brighter had it not been brought to the photo's scale.
+    pub(super) fn expansion(&self) -> f32 {
+        if self.lighting.is_some() { LEAST_EXPANSION } else { 1.0 }
+    }
+
     /// What the effect plan wants to know.
     pub fn facts(&self, scene: &Scene, method: Method) -> SceneFacts {
         let mut facts = SceneFacts {

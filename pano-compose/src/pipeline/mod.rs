@@ -5,8 +5,10 @@
 //! ```
 
 mod error;
+mod estimate;
 mod folder;
 mod iprt;
+mod lights;
 mod load;
 mod output;
 mod sequence;
@@ -15,7 +17,9 @@ mod stats;
 mod world;
 
 pub use error::{Error, Result};
+pub use estimate::{Plan, PlannedStage, plan};
 pub use folder::Folder;
+pub use lights::Detector;
 pub use load::{Inputs, Loader, prepare_objects};
 pub use output::write_output;
 pub use sequence::Sequence;
@@ -28,9 +32,10 @@ use crate::plan::EffectPlan;
 #[cfg(any(feature = "demo", feature = "tradeoff"))]
 pub(crate) use folder::write_text;
 use glam::Vec3;
+use lights::Lights;
 use pano_core::{
     camera::{Camera, Projection},
-    image::RadianceImage,
+    image::{Image, RadianceImage},
     io::SourceEncoding,
     layers::TracedLayers,
     progress::Progress,
@@ -39,6 +44,7 @@ use pano_core::{
     sphere,
 };
 use pano_denoise::cross_bilateral;
+use pano_trace::mr360;
 use pano_trace::objects::Objects;
 use pano_trace::tracer::{self, TraceParams, Traced};
 pub(crate) use stats::Clock;
@@ -89,6 +95,8 @@ pub struct Rendered {
     pub layers: TracedLayers,
     /// Irradiance of the real surfaces, of methods that find it.
     pub irradiance: Option<Irradiance>,
+    /// Per light, strongest first, the share of it that reaches what the pixel shows; of `mr360` only.
+    pub shadows: Vec<Image<f32>>,
     /// The composite.
     pub composite: Composite,
     /// What was done.
@@ -103,16 +111,28 @@ pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -
     Sequence::new(scene, options).render(options.frame, progress)
 }
 
-/// [`render`] with the world already built: for more than one picture of it. `past` is what a sequence carries from frame to
-/// frame.
-#[expect(clippy::too_many_arguments, reason = "a frame is made of all of these, and each caller has others at hand")]
+/// [`render`] with the world already built: for more than one picture of it.
 pub(crate) fn render_in_world(
     scene: &Scene,
     inputs: &Inputs,
     objects: &Objects,
     world: &World,
     options: &RenderOptions,
-    past: &mut Option<iprt::State>,
+    clock: Clock,
+    progress: &dyn Progress,
+) -> Result<Rendered> {
+    render_lit(scene, inputs, objects, world, options, &mut Carried::default(), clock, progress)
+}
+
+/// [`render_in_world`] as the next frame of those that carry `carried` from one to the next.
+#[expect(clippy::too_many_arguments, reason = "what a frame is made of; all callers have it in these variables")]
+fn render_lit(
+    scene: &Scene,
+    inputs: &Inputs,
+    objects: &Objects,
+    world: &World,
+    options: &RenderOptions,
+    carried: &mut Carried,
     mut clock: Clock,
     progress: &dyn Progress,
 ) -> Result<Rendered> {
@@ -120,16 +140,21 @@ pub(crate) fn render_in_world(
     let method = resolve_method(scene, inputs, &mut warnings)?;
     let camera = scene.camera(inputs.photo.size());
     let pixels = (camera.width * camera.height) as u64;
+    let (photo, lighting) = view_of_photo(scene, inputs, world, &camera)?;
+    clock.stage("view", pixels, 0);
     let mut facts = inputs.facts(scene, method);
     facts.no_back_faces = !options.settings.captured.field.back_faces;
     facts.no_sparse = !options.settings.sparse;
+    let found = (method == Method::Mr360).then(|| carried.lights.frame(scene, inputs, &options.settings));
+    if let Some(found) = &found {
+        facts.lights = Some(found.lights.len());
+        clock.stage("lights", inputs.photo.data().len() as u64, 0);
+    }
     let plan = EffectPlan::for_scene(&facts);
-    let (photo, lighting) = view_of_photo(scene, inputs, world, &camera)?;
-    clock.stage("view", pixels, 0);
 
     if method == Method::Iprt {
         let frame = iprt::Frame { scene, inputs, objects, world, options, camera: &camera };
-        let traced = iprt::trace(&frame, photo, lighting, past, &mut clock, &mut warnings, progress)?;
+        let traced = iprt::trace(&frame, photo, lighting, &mut carried.past, &mut clock, &mut warnings, progress)?;
         return finish(camera, inputs.encoding, traced, method.name(), plan, warnings, clock);
     }
 
@@ -142,8 +167,25 @@ pub(crate) fn render_in_world(
     };
     let stream = Stream { frame: options.frame, seed: options.seed };
     let frame = tracer::Frame { camera: &camera, objects, stream };
+    let mut shadows = Vec::new();
     let Traced { mut layers, rays, discarded } = if objects.is_empty() {
         Traced { layers: TracedLayers::empty(camera.width, camera.height), rays: 0, discarded: 0 }
+    } else if let Some(found) = &found {
+        let params = mr360::Params {
+            samples: scene.render.samples,
+            shadows: plan.is_on("light_shadows"),
+            ambient_occlusion: plan.is_on("ambient_occlusion"),
+            gloss: options.settings.gloss,
+            gloss_roughness: options.settings.gloss_roughness,
+            photo: &photo,
+        };
+        let lit = match world {
+            World::Proxies(world) => mr360::render(&frame, world.as_ref(), found, &params, progress),
+            World::Captured(world) => mr360::render(&frame, world.as_ref(), found, &params, progress),
+        };
+        let lit = lit.ok_or(Error::Cancelled)?;
+        shadows = lit.shadows;
+        lit.traced
     } else {
         let traced = match world {
             World::Proxies(world) => tracer::render(&frame, world.as_ref(), &params, progress),
@@ -156,7 +198,8 @@ pub(crate) fn render_in_world(
     }
     clock.stage("trace", pixels, rays);
 
-    if let Some(lighting) = lighting {
+    // MR360 has the photo itself for the surfaces' colour.
+    if let Some(lighting) = lighting.filter(|_| found.is_none()) {
         rescale_delta(&mut layers, &photo, &lighting);
     }
     if options.denoise && !objects.is_empty() {
@@ -176,8 +219,23 @@ pub(crate) fn render_in_world(
         progress.advance(1);
         clock.stage("denoise", pixels, 0);
     }
-    let traced = Filtered { photo, layers, irradiance: None };
+    let traced = Filtered { photo, layers, irradiance: None, shadows };
     finish(camera, inputs.encoding, traced, method.name(), plan, warnings, clock)
+}
+
+/// What a sequence carries from frame to frame.
+#[derive(Debug)]
+struct Carried {
+    /// The lights that mr360 follows.
+    lights: Lights,
+    /// The past of iprt.
+    past: Option<iprt::State>,
+}
+
+impl Default for Carried {
+    fn default() -> Self {
+        Self { lights: Lights::new(), past: None }
+    }
 }
 
 /// A frame before it is composited.
@@ -185,13 +243,14 @@ struct Filtered {
     photo: RadianceImage,
     layers: TracedLayers,
     irradiance: Option<Irradiance>,
+    shadows: Vec<Image<f32>>,
 }
 
 /// The last stage.
 fn finish(
     camera: Camera,
     encoding: SourceEncoding,
-    Filtered { photo, layers, irradiance }: Filtered,
+    Filtered { photo, layers, irradiance, shadows }: Filtered,
     method: &str,
     plan: EffectPlan,
     mut warnings: Vec<String>,
@@ -207,7 +266,7 @@ fn finish(
     }
     clock.stage("composite", (camera.width * camera.height) as u64, 0);
     let stats = clock.finish(method, plan, warnings);
-    Ok(Rendered { camera, photo, encoding, layers, irradiance, composite: out, stats })
+    Ok(Rendered { camera, photo, encoding, layers, irradiance, shadows, composite: out, stats })
 }
 
 /// The photo in the view and, for LDR input, the inversely tone-mapped one that lights the objects.

@@ -6,7 +6,7 @@ use pano_core::image::Image;
 use pano_core::io::{self, SourceEncoding};
 use std::path::Path;
 
-/// Writes the composite: all layers to `.exr`; otherwise the composite alone, display-encoded, as the name's extension says
+/// Writes the composite: all layers to `.exr`, with `shadow.<light>.V` of each light where the method has them; otherwise the composite alone, display-encoded, as the name's extension says
 /// (`.png` with 16 bits a channel if the panorama had them).
 ///
 /// # Errors
@@ -21,6 +21,9 @@ pub fn write_output(path: &Path, rendered: &Rendered) -> Result<()> {
                     channels.push((format!("{layer}.{name}"), image.map(|e| e[c])));
                 }
             }
+        }
+        for (light, shadow) in rendered.shadows.iter().enumerate() {
+            channels.push((format!("shadow.{light}.V"), shadow.clone()));
         }
         let channels: Vec<(&str, &Image<f32>)> = channels.iter().map(|(name, image)| (name.as_str(), image)).collect();
         io::write_exr(path, &channels, &[("pano:depth_kind", "ray")])?;

@@ -3,7 +3,7 @@
 
 use super::load::{Inputs, Loader, prepare_objects};
 use super::world::{World, build_world, resolve_method};
-use super::{Backend, Clock, Error, RenderOptions, Rendered, Result, iprt, render_in_world};
+use super::{Backend, Carried, Clock, Error, RenderOptions, Rendered, Result, render_lit};
 use pano_core::{
     image::{Image, RadianceImage},
     progress::Progress,
@@ -19,7 +19,7 @@ pub struct Sequence<'a> {
     options: &'a RenderOptions,
     loader: Loader,
     built: Option<Built>,
-    past: Option<iprt::State>,
+    carried: Carried,
 }
 
 /// A world and what it was built of.
@@ -34,7 +34,7 @@ struct Built {
 impl<'a> Sequence<'a> {
     /// Of `scene`; [`RenderOptions::frame`] is not looked at.
     pub fn new(scene: &'a Scene, options: &'a RenderOptions) -> Self {
-        Self { scene, options, loader: Loader::default(), built: None, past: None }
+        Self { scene, options, loader: Loader::default(), built: None, carried: Carried::default() }
     }
 
     /// Renders frame `frame`.
@@ -62,8 +62,7 @@ impl<'a> Sequence<'a> {
                 built
             }
         };
-        let mut rendered =
-            render_in_world(self.scene, &inputs, &objects, &built.world, &options, &mut self.past, clock, progress)?;
+        let mut rendered = render_lit(self.scene, &inputs, &objects, &built.world, &options, &mut self.carried, clock, progress)?;
         rendered.stats.warnings.splice(0..0, inputs.warnings.iter().chain(&built.warnings).cloned());
         self.built = Some(built);
         Ok(rendered)

@@ -1,6 +1,6 @@
 //! `--set key=value`: the knobs that are neither in the scene file nor among the common options.
 
-use super::{Error, Result};
+use super::{Detector, Error, Result};
 use pano_denoise::cross_bilateral;
 use pano_trace::tracer::Mis;
 use pano_trace::world::CapturedOptions;
@@ -23,6 +23,9 @@ pub const SETTINGS: &[Setting] = &[
         key: "sparse",
         help: "true | false: iprt traces one pixel in 4 or 16 where nothing changes, from the second frame on (true)",
     },
+    Setting { key: "detector", help: "mr360 | clipped: how mr360 finds the lights of an LDR picture (mr360)" },
+    Setting { key: "gloss", help: "0–1: how much real surfaces mirror the objects with mr360; 1 is a polished floor (0)" },
+    Setting { key: "gloss_roughness", help: "0–1: how blurred that mirror image is (0.3)" },
     Setting { key: "reflectance_cap", help: "0–1: largest diffuse reflectance read off the picture (0.9)" },
     Setting { key: "field_resolution", help: "quads along a cube face of the depth field; 0: the panorama's own (0)" },
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
@@ -43,6 +46,12 @@ pub struct Settings {
     pub delta_passes: u32,
     /// `sparse`.
     pub sparse: bool,
+    /// `detector`.
+    pub detector: Detector,
+    /// `gloss`.
+    pub gloss: f32,
+    /// `gloss_roughness`.
+    pub gloss_roughness: f32,
     /// How a captured field is prepared.
     pub captured: CapturedOptions,
 }
@@ -54,6 +63,9 @@ impl Default for Settings {
             second_order: true,
             sparse: true,
             delta_passes: cross_bilateral::Params::default().delta_passes,
+            detector: Detector::default(),
+            gloss: 0.0,
+            gloss_roughness: 0.3,
             captured: CapturedOptions::default(),
         }
     }
@@ -84,6 +96,15 @@ impl Settings {
             "second_order" => self.second_order = value.parse().map_err(|_| bad())?,
             "delta_passes" => self.delta_passes = count(1, 16)?,
             "sparse" => self.sparse = value.parse().map_err(|_| bad())?,
+            "detector" => {
+                self.detector = match value {
+                    "mr360" => Detector::Mr360,
+                    "clipped" => Detector::Clipped,
+                    _ => return Err(bad()),
+                }
+            }
+            "gloss" => self.gloss = number(0.0, 1.0)?,
+            "gloss_roughness" => self.gloss_roughness = number(0.0, 1.0)?,
             "reflectance_cap" => self.captured.reflectance_cap = number(0.0, 1.0)?,
             "field_resolution" => self.captured.field.resolution = count(0, 4096)? as usize,
             "gap_contrast" => self.captured.field.gap_contrast = number(1.0, 1e6)?,

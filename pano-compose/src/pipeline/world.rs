@@ -56,11 +56,12 @@ pub fn resolve_method(scene: &Scene, inputs: &Inputs, warnings: &mut Vec<String>
                 warnings.push("no depth, no proxy and no camera_height: nothing real receives shadows".into());
             } else if inputs.depth.is_none() && inputs.encoding != SourceEncoding::LinearFloat {
                 warnings.push("an LDR panorama lights the scene by inverse tone mapping; shadows are estimates".into());
+                return Ok(Method::Mr360);
             }
             let is_video = scene.panorama.color.is_sequence() && inputs.depth.is_some();
             Ok(if is_video { Method::Iprt } else { Method::Dpt })
         }
-        method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl) => Ok(method),
+        method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl | Method::Mr360) => Ok(method),
         Method::Iprt if inputs.depth.is_some() => Ok(Method::Iprt),
         Method::Iprt => Err(Error::unsupported(
             "method `iprt` traces rays against the panorama's depth, and there is none",
@@ -68,7 +69,7 @@ pub fn resolve_method(scene: &Scene, inputs: &Inputs, warnings: &mut Vec<String>
         )),
         method => Err(Error::unsupported(
             format!("method `{}` is not in this version", method.name()),
-            "use dpt, iprt, onepass, twopass, ibl or auto",
+            "use dpt, iprt, mr360, onepass, twopass, ibl or auto",
         )),
     }
 }
@@ -103,9 +104,9 @@ pub fn build_world(
             warnings.push("the panorama has depth: proxies are not used".into());
         }
         let mut options = settings.captured;
-        if resolve_method(scene, inputs, &mut Vec::new())? == Method::Iprt {
-            // Irradiance is what that method estimates itself.
-            (options.irradiance_width, options.irradiance_samples) = (8, 1);
+        if matches!(resolve_method(scene, inputs, &mut Vec::new())?, Method::Ibl | Method::Iprt) {
+            // Nothing real changes, or irradiance is what the method estimates itself: no reflectance is asked for.
+            options.irradiance_width = 0;
         }
         let world =
             CapturedWorld::new(radiance, depth, turn, capture, objects.clusters(), &options, progress).ok_or(Error::Cancelled)?;

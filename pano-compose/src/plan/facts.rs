@@ -25,6 +25,8 @@ pub struct SceneFacts {
     pub is_sequence: bool,
     /// Any object has keyframes.
     pub moving: bool,
+    /// Lights that stand out of the panorama, if the method looks for them.
+    pub lights: Option<usize>,
     /// Name of the method that will run, as in the scene file (`auto` already decided).
     pub method: String,
 }

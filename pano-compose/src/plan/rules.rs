@@ -13,17 +13,26 @@ pub(super) fn decide(effect: &str, facts: &SceneFacts) -> (bool, String) {
         "transmission" if facts.transmission => on("a material has transmission above 0"),
         "transmission" => off("no material lets light through"),
         "multi_bounce" if is_ibl(facts) => off("ibl scatters light once, whatever the number of bounces"),
+        "multi_bounce" if is_mr360(facts) => off("mr360 looks light up by direction; only mirrors and glass are followed"),
         "multi_bounce" if facts.bounces > 1 => {
             on(&format!("bounces is {}: light may scatter more than once after the camera", facts.bounces))
         }
         "multi_bounce" => off(&format!("bounces is {}: direct light only", facts.bounces)),
         "light_shadows" if is_ibl(facts) => off("ibl blocks no light and changes nothing real"),
+        "light_shadows" if is_mr360(facts) && facts.lights == Some(0) => {
+            off("no light stands out of the panorama, so that nothing casts a shadow of its own")
+        }
+        "light_shadows" if is_mr360(facts) => match facts.lights {
+            Some(n) => on(&format!("{n} of the panorama's lights stand out: objects block them")),
+            None => on("objects block the lights that stand out of the panorama"),
+        },
         "light_shadows" if facts.has_receivers() => {
             let receiver = if facts.has_depth { "the panorama has depth" } else { "there is a proxy or a ground plane" };
             on(&format!("{receiver}: objects block light from real surfaces"))
         }
         "light_shadows" => off("nothing real can receive a shadow: no depth, no proxy, no ground plane"),
         "ambient_occlusion" if is_ibl(facts) => off("ibl blocks no light"),
+        "ambient_occlusion" if is_mr360(facts) => on("the maps know no objects: rays find what is in the way of their light"),
         "ambient_occlusion" if is_path_traced(facts) => {
             off(&format!("{} samples every direction, which includes occlusion", facts.method))
         }
@@ -53,6 +62,11 @@ pub(super) fn decide(effect: &str, facts: &SceneFacts) -> (bool, String) {
 /// Whether the method integrates over all directions, so that occlusion is no effect of its own.
 fn is_path_traced(facts: &SceneFacts) -> bool {
     matches!(facts.method.as_str(), "dpt" | "onepass" | "twopass" | "iprt")
+}
+
+/// Lookups in convolved maps, and rays for lights and occlusion.
+fn is_mr360(facts: &SceneFacts) -> bool {
+    facts.method == "mr360"
 }
 
 /// Image-based lighting without visibility, the baseline.

@@ -32,6 +32,7 @@ fn all_facts() -> impl Iterator<Item = SceneFacts> {
             no_sparse: bit(3),
             is_sequence: bit(6),
             moving: bit(7),
+            lights: (method == "mr360").then_some(usize::from(bit(3))),
             method: method.to_owned(),
         })
     })
@@ -63,14 +64,10 @@ fn without_objects_everything_is_off() {
 fn what_does_not_exist_is_never_on() {
     for facts in all_facts() {
         let plan = EffectPlan::for_scene(&facts);
-        for effect in ["ambient_occlusion", "lens"] {
-            assert!(!plan.is_on(effect), "{effect}: {facts:?}");
-        }
+        assert!(!plan.is_on("lens"), "{facts:?}");
     }
     let sequence = SceneFacts { is_sequence: true, method: "mr360".to_owned(), ..still() };
-    for effect in ["ambient_occlusion", "lens"] {
-        assert!(why(&sequence, effect).contains("not available yet"), "{effect}: {}", why(&sequence, effect));
-    }
+    assert!(why(&sequence, "lens").contains("not available yet"), "{}", why(&sequence, "lens"));
 }
 
 #[test]
@@ -118,6 +115,19 @@ fn shadows_and_influence_need_a_real_surface() {
     assert!(why(&still(), "light_shadows").contains("depth"));
     let other = SceneFacts { method: "onepass".to_owned(), ..still() };
     assert!(!on(&other).contains(&"influence") && why(&other, "influence").contains("onepass renders every pixel"));
+}
+
+#[test]
+fn mr360_casts_shadows_of_lights_that_stand_out() {
+    let mr360 = |lights| SceneFacts { has_depth: false, has_proxies: true, method: "mr360".to_owned(), lights, ..still() };
+    assert_eq!(on(&mr360(Some(2))), ["light_shadows", "ambient_occlusion"]);
+    assert!(why(&mr360(Some(2)), "light_shadows").contains("2 of"));
+    assert_eq!(on(&mr360(Some(0))), ["ambient_occlusion"]);
+    assert!(why(&mr360(Some(0)), "light_shadows").contains("no light stands out"));
+    let bounces = SceneFacts { bounces: 3, ..mr360(Some(1)) };
+    assert!(!on(&bounces).contains(&"multi_bounce") && why(&bounces, "multi_bounce").contains("mr360"));
+    // Only methods that look for lights are judged by them.
+    assert!(on(&SceneFacts { lights: Some(0), ..still() }).contains(&"light_shadows"));
 }
 
 #[test]

@@ -22,6 +22,14 @@ pub fn factor(rgb: Vec3) -> f32 {
     10.0 * rgb.dot(LUMA_WEIGHTS).powi(10) + 1.8
 }
 
+/// Expands one linear colour. Channels are clamped to [0, 1] first, NaN counts as 0.
+#[inline]
+pub fn pixel(rgb: Vec3) -> Vec3 {
+    // `f32::clamp` would let NaN through.
+    let rgb = Vec3::from_array(rgb.to_array().map(|c| if c > 0.0 { c.min(1.0) } else { 0.0 }));
+    rgb * factor(rgb)
+}
+
 /// Expands `ldr`, linear in [0, 1], into `hdr`. Values outside [0, 1] are clamped to it first, and NaN counts as 0, so that
 /// the output lies in [0, 11.8]: the tenth power would turn a picture that is no LDR picture into nonsense.
 ///

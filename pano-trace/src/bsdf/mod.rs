@@ -92,6 +92,19 @@ pub struct Bsdf<'a> {
     choose: [f32; 3],
 }
 
+/// A surface in four numbers, seen from one side. See [`Bsdf::lobes`].
+#[derive(Clone, Copy, Debug)]
+pub struct Lobes {
+    /// Share of the mean radiance by normal that is sent back diffusely.
+    pub diffuse: Vec3,
+    /// Share of the mean radiance in the lobe about the mirrored direction that is sent back.
+    pub specular: Vec3,
+    /// Roughness of that lobe, [0, 1].
+    pub roughness: f32,
+    /// Share of the light that enters the body.
+    pub transmission: f32,
+}
+
 impl<'a> Bsdf<'a> {
     /// At a point with unit `geometric` and shading `normal` (both to the outside), for light leaving along unit `out`.
     ///
@@ -183,6 +196,17 @@ impl<'a> Bsdf<'a> {
     #[inline]
     pub fn offset_normal(&self, direction: Vec3) -> Vec3 {
         if self.geometric.dot(direction) >= 0.0 { self.geometric } else { -self.geometric }
+    }
+
+    /// What the surface makes of light that is the same all around its lobes, for lookups in convolved maps.
+    pub fn lobes(&self) -> Lobes {
+        let roughness = self.alpha.sqrt();
+        let cos = self.out.z.abs().min(1.0);
+        let left = self.coat_table.map_or(1.0, |table| 1.0 - self.coat_shade * table.mean(self.alpha));
+        let coat = self.coat_table.map_or(0.0, |table| table.albedo(self.alpha, cos));
+        let (scale, bias) = split_sum(roughness, cos);
+        let specular = self.metal_f0 * scale + Vec3::splat(self.metal * bias) + self.coat * coat;
+        Lobes { diffuse: self.diffuse * left, specular, roughness, transmission: self.transmission }
     }
 
     /// f·|cos| and the density for light that comes from unit `direction`.
@@ -343,6 +367,14 @@ impl<'a> Bsdf<'a> {
     fn way_in(&self, cos: f32) -> f32 {
         self.coat_table.map_or(1.0, |table| 1.0 - self.coat_shade * table.albedo(self.alpha, cos))
     }
+}
+
+/// Scale and bias of the reflectance at normal incidence that make it a GGX conductor's directional albedo: the fit of Karis
+/// (2014, "Physically based shading on mobile") to the split sum, within 2 %.
+fn split_sum(roughness: f32, cos: f32) -> (f32, f32) {
+    let r = [1.0 - roughness, 0.0425 - 0.0275 * roughness, 1.04 - 0.572 * roughness, 0.022 * roughness - 0.04];
+    let a = (r[0] * r[0]).min((-9.28 * cos).exp2()) * r[0] + r[1];
+    (-1.04 * a + r[2], 1.04 * a + r[3])
 }
 
 /// Mirror image of `w` about the unit vector `half`.

@@ -3,7 +3,7 @@
 use super::{Frame, Params, Reach, ScreenObjects, UpdatedWorld};
 use crate::bsdf::concentric_disc;
 use crate::bvh::{InstanceHit, Ray};
-use crate::tracer::{First, PathScene as Scene, TraceParams, Tracer, Walk};
+use crate::tracer::{First, Scene, TraceParams, Tracer, Walk};
 use crate::world::{LightSample, RealHit, RealWorld};
 use glam::{UVec2, Vec2, Vec3};
 use pano_core::{color::luminance, image::Image, progress::Progress, random::Sampler};

@@ -15,8 +15,9 @@ mod ibl;
 mod path;
 mod render;
 
-pub(crate) use path::{First, Scene as PathScene};
+pub(crate) use path::{First, Scene};
 pub use render::{Frame, Traced, render};
+pub(crate) use render::{Pixel, layers, pixels};
 
 use crate::objects::Objects;
 use crate::world::RealWorld;

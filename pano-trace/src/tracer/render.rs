@@ -33,50 +33,58 @@ pub struct Traced {
 
 /// What a pixel comes to.
 #[derive(Clone, Copy, Debug)]
-struct Pixel {
-    object: Vec3,
-    coverage: f32,
-    delta: Vec3,
-    depth: f32,
-    normal: Vec3,
-    albedo: Vec3,
+pub(crate) struct Pixel {
+    pub(crate) object: Vec3,
+    pub(crate) coverage: f32,
+    pub(crate) delta: Vec3,
+    pub(crate) depth: f32,
+    pub(crate) normal: Vec3,
+    pub(crate) albedo: Vec3,
 }
 
 /// Traces a frame on the CPU, rows in parallel; the result does not depend on the number of threads. `None` if
 /// `progress` cancels.
 pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, progress: &dyn Progress) -> Option<Traced> {
     let camera = frame.camera;
-    let (w, h) = (camera.width, camera.height);
     let tracer = Tracer { objects: frame.objects, world, params };
+    let pixels = pixels(camera, progress, |at| {
+        let (mut rays, mut discarded) = (0, 0);
+        (tracer.pixel(frame, at, &mut rays, &mut discarded), rays, discarded)
+    })?;
+    let layers = layers(camera, pixels.iter().map(|p| &p.0));
+    Some(Traced { layers, rays: pixels.iter().map(|p| p.1).sum(), discarded: pixels.iter().map(|p| p.2).sum() })
+}
+
+/// What `pixel` makes of every pixel, row-major; rows in parallel. `None` if `progress` cancels.
+pub(crate) fn pixels<T: Send>(camera: &Camera, progress: &dyn Progress, pixel: impl Fn(UVec2) -> T + Sync) -> Option<Vec<T>> {
+    let (w, h) = (camera.width, camera.height);
     progress.begin("trace", h as u64);
-    let rows: Vec<(Vec<Pixel>, u64, u64)> = (0..h)
+    let rows: Vec<Vec<T>> = (0..h)
         .into_par_iter()
         .map(|y| {
-            let (mut rays, mut discarded) = (0, 0);
-            let row = if progress.cancelled() {
-                Vec::new()
-            } else {
-                (0..w).map(|x| tracer.pixel(frame, UVec2::new(x as u32, y as u32), &mut rays, &mut discarded)).collect()
-            };
+            let row =
+                if progress.cancelled() { Vec::new() } else { (0..w).map(|x| pixel(UVec2::new(x as u32, y as u32))).collect() };
             progress.advance(1);
-            (row, rays, discarded)
+            row
         })
         .collect();
-    if progress.cancelled() {
-        return None;
+    (!progress.cancelled()).then(|| rows.into_iter().flatten().collect())
+}
+
+/// Pixels, row-major, as layers.
+pub(crate) fn layers<'a>(camera: &Camera, pixels: impl Iterator<Item = &'a Pixel>) -> TracedLayers {
+    let w = camera.width;
+    let mut layers = TracedLayers::empty(w, camera.height);
+    for (i, p) in pixels.enumerate() {
+        let (x, y) = (i % w, i / w);
+        layers.object.set(x, y, p.object);
+        layers.coverage.set(x, y, p.coverage);
+        layers.delta.set(x, y, p.delta);
+        layers.depth.set(x, y, p.depth);
+        layers.normal.set(x, y, p.normal);
+        layers.albedo.set(x, y, p.albedo);
     }
-    let mut layers = TracedLayers::empty(w, h);
-    for (y, (row, _, _)) in rows.iter().enumerate() {
-        for (x, p) in row.iter().enumerate() {
-            layers.object.set(x, y, p.object);
-            layers.coverage.set(x, y, p.coverage);
-            layers.delta.set(x, y, p.delta);
-            layers.depth.set(x, y, p.depth);
-            layers.normal.set(x, y, p.normal);
-            layers.albedo.set(x, y, p.albedo);
-        }
-    }
-    Some(Traced { layers, rays: rows.iter().map(|r| r.1).sum(), discarded: rows.iter().map(|r| r.2).sum() })
+    layers
 }
 
 impl<'a, W: RealWorld> Tracer<'a, W> {
@@ -170,7 +178,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     }
 
     /// What filters are guided by, and what is there, at the pixel's centre.
-    fn guides(&self, frame: &Frame<'_>, center: Vec2) -> (Pixel, First) {
+    pub(crate) fn guides(&self, frame: &Frame<'_>, center: Vec2) -> (Pixel, First) {
         let ray = Ray::new(frame.camera.position, frame.camera.direction(center));
         let mut walk = Walk { sampler: Sampler::new(UVec2::ZERO, 0, frame.stream), rays: 0 };
         let first = self.first(&ray, Scene::Mixed, &mut walk);

@@ -107,7 +107,7 @@ pub(super) fn trace(
     };
     let past_frame = past.take().filter(|p| p.continues(frame));
     if frame.objects.is_empty() {
-        return Ok(Filtered { photo, layers: TracedLayers::empty(w, h), irradiance: None });
+        return Ok(Filtered { photo, layers: TracedLayers::empty(w, h), irradiance: None, shadows: Vec::new() });
     }
     let traced = iprt::Frame {
         camera: frame.camera,
@@ -181,7 +181,7 @@ pub(super) fn trace(
         normal: stages.buffer.normal,
     };
     *past = Some(State::new(frame, histories, real.update, active));
-    Ok(Filtered { photo, layers, irradiance: Some(real.irradiance) })
+    Ok(Filtered { photo, layers, irradiance: Some(real.irradiance), shadows: Vec::new() })
 }
 
 impl Stages<'_> {

@@ -47,27 +47,27 @@ pub(super) fn enlarge(panorama: &RadianceImage, resized: &mut RadianceImage) {
     fill(resized, |x, y| bilinear(panorama, center(x, y) / size));
 }
 
-/// Averages over solid angle. An axis of the same size stays as it is.
-pub(super) fn shrink(panorama: &RadianceImage, resized: &mut RadianceImage) {
+/// Averages `f` of the pixels over solid angle. An axis of the same size stays as it is.
+pub(super) fn shrink(panorama: &RadianceImage, f: impl Fn(Vec3) -> Vec3 + Sync, resized: &mut RadianceImage) {
     let (width, height) = resized.size();
     let columns: Vec<Vec<(usize, f64)>> =
         (0..width).map(|x| overlaps(x, width, panorama.width()).map(|(i, [a, b])| (i, b - a)).collect()).collect();
     resized.data_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        // f64: a sun of 1e5 among thousands of dim pixels must not swallow them.
-        let mut sums = vec![DVec3::ZERO; width];
+        // Down first: that pass reads every pixel once, in order. f64: a sun of 1e5 among thousands of dim pixels must not
+        // swallow them.
+        let mut sums = vec![DVec3::ZERO; panorama.width()];
         let mut total = 0.0;
         for (j, [top, bottom]) in overlaps(y, height, panorama.height()) {
             // cos top − cos bottom as a product: no cancellation in thin slices.
             let slice = (0.5 * PI * (top + bottom)).sin() * (0.5 * PI * (bottom - top)).sin();
-            let source = panorama.row(j);
-            for (sum, taps) in sums.iter_mut().zip(&columns) {
-                *sum += slice * taps.iter().map(|&(i, share)| share * source[i].as_dvec3()).sum::<DVec3>();
+            for (sum, &pixel) in sums.iter_mut().zip(panorama.row(j)) {
+                *sum += slice * f(pixel).as_dvec3();
             }
             total += slice;
         }
         let scale = width as f64 / total;
-        for (out, sum) in row.iter_mut().zip(sums) {
-            *out = (sum * scale).as_vec3();
+        for (out, taps) in row.iter_mut().zip(&columns) {
+            *out = (scale * taps.iter().map(|&(i, share)| share * sums[i]).sum::<DVec3>()).as_vec3();
         }
     });
 }

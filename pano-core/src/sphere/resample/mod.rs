@@ -9,7 +9,7 @@ mod cpu;
 use crate::camera::{Camera, Projection};
 use crate::image::{Image, RadianceImage};
 use crate::{Error, Result};
-use glam::Quat;
+use glam::{Quat, Vec3};
 
 /// Shows what `camera` sees of a panorama at infinity (the camera's position plays no part); `world_from_pano` turns the
 /// panorama's directions into the world's.
@@ -43,14 +43,19 @@ pub fn view_from_panorama(
 /// An axis that shrinks is averaged, every pixel weighted by its exact solid angle within the new pixel: the integral of
 /// radiance over the sphere stays the same. An axis that grows is interpolated, over the seam and the poles.
 pub fn resize_panorama(panorama: &RadianceImage, resized: &mut RadianceImage) {
+    resize_mapped_panorama(panorama, |pixel| pixel, resized);
+}
+
+/// [`resize_panorama`] of the picture with `f` applied to every pixel, which is not kept: a large frame is read only once.
+pub fn resize_mapped_panorama(panorama: &RadianceImage, f: impl Fn(Vec3) -> Vec3 + Sync, resized: &mut RadianceImage) {
     let smaller = (panorama.width().min(resized.width()), panorama.height().min(resized.height()));
     if smaller == panorama.size() {
-        cpu::enlarge(panorama, resized);
+        cpu::enlarge(&panorama.map(f), resized);
     } else if smaller == resized.size() {
-        cpu::shrink(panorama, resized);
+        cpu::shrink(panorama, f, resized);
     } else {
-        let mut between = Image::filled(smaller.0, smaller.1, glam::Vec3::ZERO);
-        cpu::shrink(panorama, &mut between);
+        let mut between = Image::filled(smaller.0, smaller.1, Vec3::ZERO);
+        cpu::shrink(panorama, f, &mut between);
         cpu::enlarge(&between, resized);
     }
 }

@@ -22,7 +22,7 @@ pub struct CapturedOptions {
     /// touches. .9 is white paper; lower protects more lamps and weakens shadows on white surfaces.
     pub reflectance_cap: f32,
     /// Columns of the map of irradiance from which reflectance is read (rows: half), near the objects; elsewhere a quarter.
-    /// Higher follows existing shadows more closely; cost grows with the square.
+    /// Higher follows existing shadows more closely; cost grows with the square. 0: no map, and every surface is black.
     pub irradiance_width: usize,
     /// Pairs of rays per texel of that map. The noise of the irradiance falls with the root and is filtered afterwards.
     pub irradiance_samples: u32,
@@ -87,7 +87,9 @@ impl CapturedWorld {
             irradiance: None,
             cap: options.reflectance_cap,
         };
-        world.irradiance = Some(IrradianceMap::new(&world, objects, options, progress)?);
+        if options.irradiance_width > 0 {
+            world.irradiance = Some(IrradianceMap::new(&world, objects, options, progress)?);
+        }
         Some(world)
     }
 

@@ -5,11 +5,11 @@ use glam::Vec3;
 use pano_core::image::RadianceImage;
 
 /// Pixels of a glyph's side at scale 1.
-pub(super) const GLYPH: usize = 8;
+pub(crate) const GLYPH: usize = 8;
 
 /// Draws ASCII `text` with its top left corner at (`x`, `y`), each font pixel `scale` pixels wide. Characters the font does
 /// not have leave a gap; what lies outside the picture is left out.
-pub(super) fn draw(picture: &mut RadianceImage, (x, y): (usize, usize), scale: usize, color: Vec3, text: &str) {
+pub(crate) fn draw(picture: &mut RadianceImage, (x, y): (usize, usize), scale: usize, color: Vec3, text: &str) {
     let (width, height) = picture.size();
     for (i, glyph) in text.chars().enumerate() {
         let Some(rows) = BASIC_FONTS.get(glyph) else { continue };

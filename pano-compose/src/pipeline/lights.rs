@@ -1,0 +1,92 @@
+//! What lights a frame of MR360: its lights, tracked from frame to frame, and the maps of what is left.
+
+use super::{Inputs, Settings};
+use glam::Quat;
+use pano_core::image::RadianceImage;
+use pano_core::io::SourceEncoding;
+use pano_core::light::DirectionalLight;
+use pano_core::scene::Scene;
+use pano_light::track::{self, Tracker};
+use pano_light::{WorkingMap, clipped, detect, ibl};
+use pano_trace::mr360::Lighting;
+use std::sync::Arc;
+
+/// How lights are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Detector {
+    /// By brightness, as in the paper.
+    #[default]
+    Mr360,
+    /// In LDR pictures by what tells how bright clipped patches were.
+    Clipped,
+}
+
+/// The lights of a sequence.
+#[derive(Debug)]
+pub(super) struct Lights {
+    tracker: Tracker,
+    /// The last frame's panorama and what it gave: a still background is looked at once, apart from the tracker.
+    last: Option<(Arc<RadianceImage>, Found)>,
+}
+
+/// What one panorama gives.
+#[derive(Clone, Debug)]
+struct Found {
+    map: Arc<WorkingMap>,
+    lights: Vec<DirectionalLight>,
+    rest: Arc<RadianceImage>,
+}
+
+impl Lights {
+    pub(super) fn new() -> Self {
+        Self { tracker: Tracker::new(track::Params::default()), last: None }
+    }
+
+    /// What lights the next frame.
+    pub(super) fn frame(&mut self, scene: &Scene, inputs: &Inputs, settings: &Settings) -> Lighting {
+        let found = match self.last.take() {
+            Some((photo, found)) if Arc::ptr_eq(&photo, &inputs.photo) => found,
+            _ => Found::of(inputs, settings.detector),
+        };
+        let tracked = self.tracker.update(&found.map, &found.lights);
+        let world_from_pano = scene.panorama.world_from_pano();
+        let lighting = lighting(&found, tracked.iter().map(|t| t.light), world_from_pano, scene, inputs);
+        self.last = Some((inputs.photo.clone(), found));
+        lighting
+    }
+}
+
+impl Found {
+    fn of(inputs: &Inputs, detector: Detector) -> Self {
+        let ldr = inputs.encoding != SourceEncoding::LinearFloat;
+        let map = if ldr { WorkingMap::from_ldr(&inputs.photo) } else { WorkingMap::from_hdr(&inputs.photo) };
+        let detection = match detector {
+            Detector::Clipped if ldr => clipped::detect(&inputs.photo, &map, &clipped::Params::default()),
+            _ => detect::detect(&map, &detect::Params::default()),
+        };
+        let rest = Arc::new(detection.clamped(&map));
+        Self { map: Arc::new(map), lights: detection.lights, rest }
+    }
+}
+
+/// In the world, and in units of the photo: inverse tone mapping has multiplied everything by its least factor.
+fn lighting(
+    found: &Found,
+    lights: impl Iterator<Item = DirectionalLight>,
+    world_from_pano: Quat,
+    scene: &Scene,
+    inputs: &Inputs,
+) -> Lighting {
+    let scale = inputs.expansion().recip();
+    let scaled = |light: DirectionalLight| DirectionalLight {
+        irradiance: light.irradiance * scale,
+        intensity: light.intensity * scale,
+        ..light.rotated(world_from_pano)
+    };
+    Lighting {
+        maps: ibl::radiance_maps(&found.rest.map(|p| p * scale)),
+        lights: lights.map(scaled).collect(),
+        pano_from_world: world_from_pano.inverse(),
+        capture: scene.panorama.position,
+    }
+}

@@ -1,0 +1,70 @@
+//! The panorama at falling resolutions, prepared for lookups of round footprints.
+
+use glam::{Vec3, Vec3A};
+use pano_core::image::{Image, RadianceImage};
+use pano_core::sphere::{self, resample::resize_panorama};
+use std::f32::consts::PI;
+
+/// Rows of the finest level: 1.4° a row, half of what the smallest sector of the narrowest glossy lobe spans.
+const ROWS: usize = 128;
+/// Levels, down to 4×2 pixels.
+const LEVELS: usize = 7;
+
+/// Levels of 256×128, 128×64, … 4×2 pixels.
+#[derive(Clone, Debug)]
+pub(super) struct Pyramid {
+    levels: Vec<Image<Vec3A>>,
+}
+
+impl Pyramid {
+    pub(super) fn new(panorama: &RadianceImage) -> Self {
+        let mut finest = RadianceImage::filled(2 * ROWS, ROWS, Vec3::ZERO);
+        resize_panorama(panorama, &mut finest);
+        let mut plain = vec![finest.map(Vec3A::from)];
+        for level in 1..LEVELS {
+            plain.push(halved(&plain[level - 1]));
+        }
+        Self { levels: plain.iter().map(widened).collect() }
+    }
+
+    /// The level whose pixels at the equator come nearest to `solid_angle` in steradians.
+    pub(super) fn level(&self, solid_angle: f32) -> &Image<Vec3A> {
+        let rows = PI / solid_angle.max(1e-8).sqrt();
+        let level = (ROWS as f32 / rows).log2().round().clamp(0.0, (LEVELS - 1) as f32);
+        &self.levels[level as usize]
+    }
+}
+
+/// Two by two pixels become one; rows weigh as their solid angles do.
+fn halved(finer: &Image<Vec3A>) -> Image<Vec3A> {
+    let (w, h) = (finer.width() / 2, finer.height() / 2);
+    let area = |row: usize| sphere::pixel_solid_angle(finer.width(), finer.height(), row) as f32;
+    Image::from_fn(w, h, |x, y| {
+        let (upper, lower) = (area(2 * y), area(2 * y + 1));
+        let pair = |row: usize| finer.get(2 * x, row) + finer.get(2 * x + 1, row);
+        (pair(2 * y) * upper + pair(2 * y + 1) * lower) / (2.0 * (upper + lower))
+    })
+}
+
+/// Pixels are narrower towards the poles: each becomes a mean over 1/sin θ of them, so that all cover round patches of the
+/// same size.
+fn widened(level: &Image<Vec3A>) -> Image<Vec3A> {
+    let (w, h) = level.size();
+    let mut wide = level.clone();
+    for y in 0..h {
+        let sin = ((y as f32 + 0.5) / h as f32 * PI).sin();
+        // Half the width in whole pixels; the row at the pole is one value.
+        let half = ((0.5 / sin) as usize).min((w - 1) / 2);
+        if half == 0 {
+            continue;
+        }
+        let row = level.row(y);
+        let share = 1.0 / (2 * half + 1) as f32;
+        let mut sum: Vec3A = (0..2 * half + 1).map(|i| row[(i + w - half) % w]).sum();
+        for x in 0..w {
+            wide.set(x, y, sum * share);
+            sum += row[(x + half + 1) % w] - row[(x + w - half) % w];
+        }
+    }
+    wide
+}

@@ -1,0 +1,57 @@
+//! The small copy of a panorama that light is looked for in, and that image-based lighting is made from.
+//!
+//! MR360 (section 6.3) resamples the upper half of each frame to 600×150 before it looks for lights. The copy here is the
+//! whole sphere at that resolution, 600×300, so that what is left after the lights are taken out lights the scene.
+//!
+//! *Departure*: a frame wider than the copy is averaged over exact solid angles. Bilinear lookups, as for smaller frames,
+//! would step over a sun of one pixel.
+
+use crate::expand;
+use glam::Vec3;
+use pano_core::image::RadianceImage;
+use pano_core::sphere::resample::resize_mapped_panorama;
+
+/// Largest radiance that is kept; the square of the sum over all pixels stays finite.
+const MAX_RADIANCE: f32 = 1e30;
+
+/// A panorama of [`WorkingMap::WIDTH`] × [`WorkingMap::HEIGHT`] pixels of radiance, finite and ≥ 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkingMap {
+    radiance: RadianceImage,
+    from_ldr: bool,
+}
+
+impl WorkingMap {
+    /// Columns.
+    pub const WIDTH: usize = 600;
+    /// Rows, from pole to pole.
+    pub const HEIGHT: usize = 300;
+
+    /// Of a panorama of any size that holds radiance. Negative channels and NaN count as 0, and
+    /// 10³⁰ is the largest value.
+    pub fn from_hdr(radiance: &RadianceImage) -> Self {
+        Self::resampled(radiance, |p| p.map(|c| if c > 0.0 { c.min(MAX_RADIANCE) } else { 0.0 }), false)
+    }
+
+    /// Of a panorama of any size that holds linear colours in [0, 1], which are inversely tone-mapped first
+    /// ([`expand::expand`]).
+    pub fn from_ldr(ldr: &RadianceImage) -> Self {
+        Self::resampled(ldr, expand::pixel, true)
+    }
+
+    fn resampled(panorama: &RadianceImage, f: impl Fn(Vec3) -> Vec3 + Sync, from_ldr: bool) -> Self {
+        let mut radiance = RadianceImage::filled(Self::WIDTH, Self::HEIGHT, Vec3::ZERO);
+        resize_mapped_panorama(panorama, f, &mut radiance);
+        Self { radiance, from_ldr }
+    }
+
+    /// The pixels.
+    pub fn radiance(&self) -> &RadianceImage {
+        &self.radiance
+    }
+
+    /// Whether the radiance was guessed from a picture of low dynamic range, in which lights are clipped.
+    pub fn is_from_ldr(&self) -> bool {
+        self.from_ldr
+    }
+}

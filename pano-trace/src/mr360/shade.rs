@@ -1,0 +1,238 @@
+//! What one sample sees.
+
+use super::frame::MAX_LIGHTS;
+use super::{Lighting, Params};
+use crate::bsdf::{Lobes, concentric_disc};
+use crate::bvh::{InstanceHit, Ray, offset_point};
+use crate::objects::Surface;
+use crate::tracer::{First, Scene, Tracer, Walk};
+use crate::world::{RealHit, RealWorld};
+use glam::{Vec2, Vec3};
+use pano_core::light::DirectionalLight;
+use std::f32::consts::{PI, TAU};
+
+/// Reflections and refractions that a ray goes through: enough to enter and leave a hollow glass.
+const MAX_DEPTH: u32 = 6;
+/// Roughness of the map that tells what lies behind a blocker: half of what it shows comes from within 27°.
+const BEHIND_ROUGHNESS: f32 = 0.5;
+/// Reflectance at normal incidence of a real surface with full gloss: that of glass, varnish and water, about.
+const GLOSS_F0: f32 = 0.04;
+
+/// Everything the samples of a frame share.
+pub(super) struct Shader<'a, W> {
+    pub(super) tracer: Tracer<'a, W>,
+    pub(super) lighting: &'a Lighting,
+    pub(super) params: &'a Params<'a>,
+}
+
+/// What a light gives to a point, in one sample.
+struct Sun {
+    direction: Vec3,
+    intensity: Vec3,
+    visible: bool,
+}
+
+impl<W: RealWorld> Shader<'_, W> {
+    /// The lights that count.
+    pub(super) fn lights(&self) -> &[DirectionalLight] {
+        &self.lighting.lights[..self.lighting.lights.len().min(MAX_LIGHTS)]
+    }
+
+    /// Radiance that the object at `hit` sends back along `ray`; `shadows` counts, per light, the samples it reaches.
+    pub(super) fn object(&self, ray: &Ray, hit: &InstanceHit, depth: u32, walk: &mut Walk, shadows: &mut [u32]) -> Vec3 {
+        let surface = self.tracer.objects.surface(ray, hit);
+        let lobes = surface.bsdf.lobes();
+        let mut light = surface.emission;
+        if lobes.transmission > 0.0 {
+            return (light + self.through(&surface, depth, walk)) * surface.transmittance;
+        }
+        if lobes.diffuse.max_element() > 0.0 {
+            light += lobes.diffuse * self.ambient(&surface, depth, walk);
+        }
+        if lobes.specular.max_element() > 0.0 {
+            light += lobes.specular * self.mirrored(ray, &surface, &lobes, depth, walk);
+        }
+        for (i, source) in self.lights().iter().enumerate() {
+            let from = |d: Vec3| offset_point(surface.position, surface.bsdf.offset_normal(d));
+            let sun = self.sun(source, from, surface.bsdf.normal(), walk);
+            if sun.visible {
+                light += surface.bsdf.eval(sun.direction).f_cos * sun.intensity;
+                if let Some(count) = shadows.get_mut(i) {
+                    *count += 1;
+                }
+            }
+        }
+        light * surface.transmittance
+    }
+
+    /// Mean radiance by normal. One ray looks for what is in the way of it.
+    fn ambient(&self, surface: &Surface<'_>, depth: u32, walk: &mut Walk) -> Vec3 {
+        let normal = surface.bsdf.normal();
+        let open = self.lighting.maps.diffuse(self.lighting.pano_from_world * normal);
+        if depth > 0 || !self.params.ambient_occlusion {
+            return open;
+        }
+        let direction = cosine_direction(normal, walk.sampler.next_2d());
+        let ray = Ray::new(offset_point(surface.position, surface.bsdf.offset_normal(direction)), direction);
+        match self.blocker(&ray, walk) {
+            // The map's mean stays for all rays that are free; a blocked one gives up what lies behind.
+            Some(radiance) => open + radiance - self.environment(direction),
+            None => open,
+        }
+    }
+
+    /// What the nearest object on the ray sends back, if there is one.
+    fn blocker(&self, ray: &Ray, walk: &mut Walk) -> Option<Vec3> {
+        walk.rays += 1;
+        let hit = self.tracer.objects.intersect(ray)?;
+        let surface = self.tracer.objects.surface(ray, &hit);
+        let lobes = surface.bsdf.lobes();
+        if lobes.transmission > 0.0 {
+            // Glass lets through, roughly, what lies behind it.
+            return Some(self.environment(ray.direction) * lobes.transmission);
+        }
+        // Lights count unblocked only where they face the surface: near contacts they mostly do not.
+        let to_map = self.lighting.pano_from_world;
+        let normal = surface.bsdf.normal();
+        let mirrored = ray.direction - normal * (2.0 * ray.direction.dot(normal));
+        Some(
+            surface.emission
+                + lobes.diffuse * self.lighting.maps.diffuse(to_map * normal)
+                + lobes.specular * self.lighting.maps.specular(to_map * mirrored, lobes.roughness),
+        )
+    }
+
+    /// Mean radiance in the lobe about the mirrored direction. A ray of the lobe looks for objects and real surfaces there.
+    fn mirrored(&self, ray: &Ray, surface: &Surface<'_>, lobes: &Lobes, depth: u32, walk: &mut Walk) -> Vec3 {
+        let normal = surface.bsdf.normal();
+        let axis = ray.direction - normal * (2.0 * ray.direction.dot(normal));
+        let free = |d: Vec3| match lobes.roughness {
+            // A perfect mirror shows the panorama, lights and all; rougher lobes get the lights apart.
+            0.0 => self.tracer.world.infinity(d),
+            roughness => self.lighting.maps.specular(self.lighting.pano_from_world * d, roughness),
+        };
+        if depth >= MAX_DEPTH {
+            return free(axis);
+        }
+        let direction = if lobes.roughness > 0.0 { lobe_direction(axis, lobes.roughness, walk.sampler.next_2d()) } else { axis };
+        let ray = Ray::new(offset_point(surface.position, surface.bsdf.offset_normal(direction)), direction);
+        match self.tracer.first(&ray, Scene::Mixed, walk) {
+            First::Object(hit) => self.object(&ray, &hit, depth + 1, walk, &mut []),
+            // The lower half of the maps holds the ground as well; a mirror shows the very point.
+            First::Real(hit) if lobes.roughness < 0.5 => self.photo_at(&hit, &ray),
+            _ => free(axis),
+        }
+    }
+
+    /// Radiance from a body that lets light in: one of its lobes is followed.
+    fn through(&self, surface: &Surface<'_>, depth: u32, walk: &mut Walk) -> Vec3 {
+        let Some(sample) = surface.bsdf.sample(walk.sampler.next_4d()).filter(|_| depth < MAX_DEPTH) else { return Vec3::ZERO };
+        let ray = Ray::new(offset_point(surface.position, surface.bsdf.offset_normal(sample.direction)), sample.direction);
+        let incoming = match self.tracer.first(&ray, Scene::Mixed, walk) {
+            First::Object(hit) => self.object(&ray, &hit, depth + 1, walk, &mut []),
+            First::Real(hit) => self.photo_at(&hit, &ray),
+            First::Infinity => self.tracer.world.infinity(sample.direction),
+        };
+        sample.weight * incoming
+    }
+
+    /// Change of the irradiance at a real surface, relative to what it is without objects, and what it mirrors of them.
+    pub(super) fn real(&self, ray: &Ray, hit: &RealHit, walk: &mut Walk, shadows: &mut [u32]) -> (Vec3, Vec3) {
+        let origin = self.tracer.world.leave(hit);
+        let mut without = self.lighting.maps.diffuse(self.lighting.pano_from_world * hit.normal) * PI;
+        let mut change = Vec3::ZERO;
+        if self.params.ambient_occlusion {
+            let direction = cosine_direction(hit.normal, walk.sampler.next_2d());
+            if let Some(radiance) = self.blocker(&Ray::new(origin, direction), walk) {
+                change += (radiance - self.environment(direction)) * PI;
+            }
+        }
+        for (source, count) in self.lights().iter().zip(shadows) {
+            without += source.intensity * source.direction.dot(hit.normal).max(0.0);
+            let sun = self.sun(source, |_| origin, hit.normal, walk);
+            if sun.visible {
+                *count += 1;
+            } else {
+                change -= sun.intensity * sun.direction.dot(hit.normal).max(0.0);
+            }
+        }
+        let ratio = |c: f32, e: f32| if e > 0.0 { (c / e).max(-1.0) } else { 0.0 };
+        let relative = Vec3::new(ratio(change.x, without.x), ratio(change.y, without.y), ratio(change.z, without.z));
+        (relative, self.gloss(ray, hit, origin, walk))
+    }
+
+    /// Change of the mirror image in a real surface.
+    fn gloss(&self, ray: &Ray, hit: &RealHit, origin: Vec3, walk: &mut Walk) -> Vec3 {
+        if self.params.gloss <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let cos = -ray.direction.dot(hit.normal);
+        let axis = ray.direction + hit.normal * (2.0 * cos);
+        let direction = lobe_direction(axis, self.params.gloss_roughness, walk.sampler.next_2d());
+        if direction.dot(hit.normal) <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let ray = Ray::new(origin, direction);
+        walk.rays += 1;
+        let Some(object) = self.tracer.objects.intersect(&ray) else { return Vec3::ZERO };
+        let fresnel = GLOSS_F0 + (1.0 - GLOSS_F0) * (1.0 - cos.clamp(0.0, 1.0)).powi(5);
+        let radiance = self.object(&ray, &object, 1, walk, &mut []);
+        let behind = self.lighting.maps.specular(self.lighting.pano_from_world * direction, self.params.gloss_roughness);
+        (radiance - behind) * (fresnel * self.params.gloss)
+    }
+
+    /// What the clamped panorama shows behind something, blurred: it has patches as bright as the threshold, which would make
+    /// single rays noise.
+    fn environment(&self, direction: Vec3) -> Vec3 {
+        self.lighting.maps.specular(self.lighting.pano_from_world * direction, BEHIND_ROUGHNESS)
+    }
+
+    /// What the panorama shows of a real point.
+    fn photo_at(&self, hit: &RealHit, ray: &Ray) -> Vec3 {
+        let seen = (hit.position - self.lighting.capture).try_normalize().unwrap_or(ray.direction);
+        hit.radiance.unwrap_or_else(|| self.tracer.world.infinity(seen))
+    }
+
+    /// A point of the light's disc, and whether objects hide it from a surface with `normal`. Lights below the surface's horizon
+    /// are hidden by the surface itself.
+    fn sun(&self, source: &DirectionalLight, from: impl Fn(Vec3) -> Vec3, normal: Vec3, walk: &mut Walk) -> Sun {
+        let u = walk.sampler.next_2d();
+        let direction = cap_direction(source.direction, source.cos_radius().max(-1.0), u);
+        let lit = direction.dot(normal) > 0.0;
+        let visible = lit
+            && (!self.params.shadows || {
+                walk.rays += 1;
+                !self.tracer.objects.occluded(&Ray::new(from(direction), direction))
+            });
+        Sun { direction, intensity: source.intensity, visible }
+    }
+}
+
+/// Uniform over the cap of directions about `axis`.
+fn cap_direction(axis: Vec3, cos_radius: f32, u: Vec2) -> Vec3 {
+    let z = 1.0 - u.x * (1.0 - cos_radius);
+    around(axis, z, u.y)
+}
+
+/// In proportion to the cosine to `normal`.
+fn cosine_direction(normal: Vec3, u: Vec2) -> Vec3 {
+    let disc = concentric_disc(u);
+    let (a, b) = normal.any_orthonormal_pair();
+    (a * disc.x + b * disc.y + normal * (1.0 - disc.length_squared()).max(0.0).sqrt()).normalize()
+}
+
+/// From the GGX lobe of that roughness about `axis`, as the convolved maps have it: half vectors about the axis.
+fn lobe_direction(axis: Vec3, roughness: f32, u: Vec2) -> Vec3 {
+    let alpha2 = roughness.powi(4);
+    let cos2 = (1.0 - u.x) / (1.0 + (alpha2 - 1.0) * u.x);
+    // The angle of the direction is twice that of the half vector; beyond 90° nothing is reflected.
+    around(axis, (2.0 * cos2 - 1.0).max(0.0), u.y)
+}
+
+/// The unit vector whose cosine to `axis` is `z`, turned about it.
+fn around(axis: Vec3, z: f32, turn: f32) -> Vec3 {
+    let (a, b) = axis.any_orthonormal_pair();
+    let (sin, cos) = (turn * TAU).sin_cos();
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    (axis * z + (a * cos + b * sin) * r).normalize()
+}
