@@ -7,6 +7,7 @@
 mod error;
 mod estimate;
 mod folder;
+mod iprt;
 mod lights;
 mod load;
 mod output;
@@ -26,7 +27,7 @@ pub use settings::{SETTINGS, Setting, Settings};
 pub use stats::{StageStats, Stats};
 pub use world::{World, build_world, resolve_method};
 
-use crate::composite::{Composite, composite};
+use crate::composite::{Composite, Irradiance, composite};
 use crate::plan::EffectPlan;
 #[cfg(any(feature = "demo", feature = "tradeoff"))]
 pub(crate) use folder::write_text;
@@ -92,6 +93,8 @@ pub struct Rendered {
     pub encoding: SourceEncoding,
     /// What was traced (and filtered).
     pub layers: TracedLayers,
+    /// Irradiance of the real surfaces, of methods that find it.
+    pub irradiance: Option<Irradiance>,
     /// Per light, strongest first, the share of it that reaches what the pixel shows; of `mr360` only.
     pub shadows: Vec<Image<f32>>,
     /// The composite.
@@ -118,10 +121,10 @@ pub(crate) fn render_in_world(
     clock: Clock,
     progress: &dyn Progress,
 ) -> Result<Rendered> {
-    render_lit(scene, inputs, objects, world, options, &mut Lights::new(), clock, progress)
+    render_lit(scene, inputs, objects, world, options, &mut Carried::default(), clock, progress)
 }
 
-/// [`render_in_world`] as the next frame of those whose lights are followed in `lights`.
+/// [`render_in_world`] as the next frame of those that carry `carried` from one to the next.
 #[expect(clippy::too_many_arguments, reason = "what a frame is made of; all callers have it in these variables")]
 fn render_lit(
     scene: &Scene,
@@ -129,7 +132,7 @@ fn render_lit(
     objects: &Objects,
     world: &World,
     options: &RenderOptions,
-    lights: &mut Lights,
+    carried: &mut Carried,
     mut clock: Clock,
     progress: &dyn Progress,
 ) -> Result<Rendered> {
@@ -140,12 +143,20 @@ fn render_lit(
     let (photo, lighting) = view_of_photo(scene, inputs, world, &camera)?;
     clock.stage("view", pixels, 0);
     let mut facts = inputs.facts(scene, method);
-    let found = (method == Method::Mr360).then(|| lights.frame(scene, inputs, &options.settings));
+    facts.no_back_faces = !options.settings.captured.field.back_faces;
+    facts.no_sparse = !options.settings.sparse;
+    let found = (method == Method::Mr360).then(|| carried.lights.frame(scene, inputs, &options.settings));
     if let Some(found) = &found {
         facts.lights = Some(found.lights.len());
         clock.stage("lights", inputs.photo.data().len() as u64, 0);
     }
     let plan = EffectPlan::for_scene(&facts);
+
+    if method == Method::Iprt {
+        let frame = iprt::Frame { scene, inputs, objects, world, options, camera: &camera };
+        let traced = iprt::trace(&frame, photo, lighting, &mut carried.past, &mut clock, &mut warnings, progress)?;
+        return finish(camera, inputs.encoding, traced, method.name(), plan, warnings, clock);
+    }
 
     let params = TraceParams {
         method: world::tracer_method(method),
@@ -208,6 +219,43 @@ fn render_lit(
         progress.advance(1);
         clock.stage("denoise", pixels, 0);
     }
+    let traced = Filtered { photo, layers, irradiance: None, shadows };
+    finish(camera, inputs.encoding, traced, method.name(), plan, warnings, clock)
+}
+
+/// What a sequence carries from frame to frame.
+#[derive(Debug)]
+struct Carried {
+    /// The lights that mr360 follows.
+    lights: Lights,
+    /// The past of iprt.
+    past: Option<iprt::State>,
+}
+
+impl Default for Carried {
+    fn default() -> Self {
+        Self { lights: Lights::new(), past: None }
+    }
+}
+
+/// A frame before it is composited.
+struct Filtered {
+    photo: RadianceImage,
+    layers: TracedLayers,
+    irradiance: Option<Irradiance>,
+    shadows: Vec<Image<f32>>,
+}
+
+/// The last stage.
+fn finish(
+    camera: Camera,
+    encoding: SourceEncoding,
+    Filtered { photo, layers, irradiance, shadows }: Filtered,
+    method: &str,
+    plan: EffectPlan,
+    mut warnings: Vec<String>,
+    mut clock: Clock,
+) -> Result<Rendered> {
     let mut out = Composite::new(camera.width, camera.height);
     let clamped = composite(&photo, &layers, &mut out)?;
     if clamped.pixels > 0 {
@@ -216,9 +264,9 @@ fn render_lit(
             clamped.pixels, clamped.energy
         ));
     }
-    clock.stage("composite", pixels, 0);
-    let stats = clock.finish(method.name(), plan, warnings);
-    Ok(Rendered { camera, photo, encoding: inputs.encoding, layers, shadows, composite: out, stats })
+    clock.stage("composite", (camera.width * camera.height) as u64, 0);
+    let stats = clock.finish(method, plan, warnings);
+    Ok(Rendered { camera, photo, encoding, layers, irradiance, shadows, composite: out, stats })
 }
 
 /// The photo in the view and, for LDR input, the inversely tone-mapped one that lights the objects.

@@ -1,10 +1,9 @@
 //! Frames one after the other. What they share is read and built once, and what a method carries from frame to frame lives
 //! here.
 
-use super::lights::Lights;
 use super::load::{Inputs, Loader, prepare_objects};
 use super::world::{World, build_world, resolve_method};
-use super::{Backend, Clock, Error, RenderOptions, Rendered, Result, render_lit};
+use super::{Backend, Carried, Clock, Error, RenderOptions, Rendered, Result, render_lit};
 use pano_core::{
     image::{Image, RadianceImage},
     progress::Progress,
@@ -20,7 +19,7 @@ pub struct Sequence<'a> {
     options: &'a RenderOptions,
     loader: Loader,
     built: Option<Built>,
-    lights: Lights,
+    carried: Carried,
 }
 
 /// A world and what it was built of.
@@ -35,7 +34,7 @@ struct Built {
 impl<'a> Sequence<'a> {
     /// Of `scene`; [`RenderOptions::frame`] is not looked at.
     pub fn new(scene: &'a Scene, options: &'a RenderOptions) -> Self {
-        Self { scene, options, loader: Loader::default(), built: None, lights: Lights::new() }
+        Self { scene, options, loader: Loader::default(), built: None, carried: Carried::default() }
     }
 
     /// Renders frame `frame`.
@@ -63,7 +62,7 @@ impl<'a> Sequence<'a> {
                 built
             }
         };
-        let mut rendered = render_lit(self.scene, &inputs, &objects, &built.world, &options, &mut self.lights, clock, progress)?;
+        let mut rendered = render_lit(self.scene, &inputs, &objects, &built.world, &options, &mut self.carried, clock, progress)?;
         rendered.stats.warnings.splice(0..0, inputs.warnings.iter().chain(&built.warnings).cloned());
         self.built = Some(built);
         Ok(rendered)

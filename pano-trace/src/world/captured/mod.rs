@@ -141,7 +141,7 @@ impl RealWorld for CapturedWorld {
         if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
             return self.look(direction).filter(|h| h.t < ray.t_max);
         }
-        let hit = self.field.march(origin, direction, ray.t_max)?;
+        let hit = self.field.march(origin, direction, ray.t_max).hit()?;
         Some(RealHit {
             t: hit.t,
             position: ray.at(hit.t),
