@@ -1,6 +1,6 @@
 //! What will run for a scene, why, and about what it costs: from a small picture of the same scene.
 
-use super::{Clock, Loader, RenderOptions, Result, Stats, World, build_world, prepare_objects, render_in_world, resolve_method};
+use super::{Clock, Frame, Loader, RenderOptions, Result, Stats, World, build_world, prepare_objects, resolve_method};
 use crate::plan::{EffectPlan, PlannedEffect};
 use pano_core::{progress::Progress, scene::Scene};
 use serde::Serialize;
@@ -72,7 +72,7 @@ pub fn plan(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> 
     let mut small = scene.clone();
     small.view.size = Some((side(camera.width), side(camera.height)));
     small.render.samples = scene.render.samples.min(SAMPLES);
-    let stats: Stats = render_in_world(&small, &inputs, &objects, &world, options, clock, progress)?.stats;
+    let stats: Stats = Frame::new(&small, &inputs, &objects, &world, options).render(clock, progress)?.stats;
 
     let by_pixels = pixels / (side(camera.width) * side(camera.height)) as f64;
     let by_samples = f64::from(scene.render.samples) / f64::from(small.render.samples);

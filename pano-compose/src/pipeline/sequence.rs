@@ -1,9 +1,10 @@
 //! Frames one after the other. What they share is read and built once, and what a method carries from frame to frame lives
 //! here.
 
+use super::frame::{Carried, Frame};
 use super::load::{Inputs, Loader, prepare_objects};
 use super::world::{World, build_world, resolve_method};
-use super::{Backend, Carried, Clock, Error, RenderOptions, Rendered, Result, render_lit};
+use super::{Backend, Clock, Error, RenderOptions, Rendered, Result};
 use pano_core::{
     image::{Image, RadianceImage},
     progress::Progress,
@@ -62,7 +63,8 @@ impl<'a> Sequence<'a> {
                 built
             }
         };
-        let mut rendered = render_lit(self.scene, &inputs, &objects, &built.world, &options, &mut self.carried, clock, progress)?;
+        let mut rendered =
+            Frame::new(self.scene, &inputs, &objects, &built.world, &options).render_next(&mut self.carried, clock, progress)?;
         rendered.stats.warnings.splice(0..0, inputs.warnings.iter().chain(&built.warnings).cloned());
         self.built = Some(built);
         Ok(rendered)

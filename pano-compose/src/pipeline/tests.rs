@@ -1,5 +1,5 @@
 use super::*;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use pano_core::image::Image;
 use pano_core::progress::{Progress, Silent};
 use pano_core::{io, sphere};
@@ -334,4 +334,25 @@ fn damaged_radiance_is_mended_and_reported() {
     assert_eq!(rendered.photo.get(5, 6), Vec3::new(0.0, 0.0, 2.0));
     assert!(rendered.composite.color.data().iter().all(|p| p.is_finite() && p.min_element() >= 0.0));
     assert!(rendered.stats.warnings.iter().any(|w| w.contains("2 negative and 2 non-finite")), "{:?}", rendered.stats.warnings);
+}
+
+/// Without the bounds every pixel is asked for its change, for many more rays and the same picture.
+#[test]
+fn a_forced_full_run_gives_the_planned_picture() {
+    let place = Place::new();
+    place.exr("room.exr", &smooth_picture());
+    let mut scene = place.scene("color = 'room.exr'\nposition = [0, 1.5, 0]\ncamera_height = 1.5", OBJECT);
+    scene.render.samples = 64;
+    let planned = run(&scene);
+    let mut options = RenderOptions::default();
+    options.force("influence", false).unwrap();
+    let forced = render(&scene, &options, &Silent).unwrap();
+    assert!(planned.stats.plan.is_on("influence") && !forced.stats.plan.is_on("influence"));
+    let rays = |r: &Rendered| r.stats.stages.iter().map(|s| s.rays).sum::<u64>();
+    assert!(rays(&forced) > 2 * rays(&planned), "{} {}", rays(&forced), rays(&planned));
+    let sum = |r: &Rendered| r.layers.delta.data().iter().map(|d| f64::from(d.y)).sum::<f64>();
+    assert!((sum(&forced) / sum(&planned) - 1.0).abs() < 0.05, "{} {}", sum(&forced), sum(&planned));
+
+    options.force("multi_bounce", false).unwrap();
+    assert!(options.force("glossy", true).unwrap_err().remedy().unwrap().contains("influence"));
 }

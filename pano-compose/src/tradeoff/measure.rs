@@ -4,8 +4,7 @@ use super::knobs::{KNOBS, Knob, Scope};
 use super::{Choice, Row, TradeoffParams, Truth, suitable};
 use crate::exposure::{encoded, exposed, white_of};
 use crate::pipeline::{
-    Clock, Error, Inputs, Loader, RenderOptions, Rendered, Result, World, build_world, prepare_objects, render_in_world,
-    resolve_method,
+    Clock, Error, Frame, Inputs, Loader, RenderOptions, Rendered, Result, World, build_world, prepare_objects, resolve_method,
 };
 use glam::Vec3;
 use pano_core::{
@@ -200,7 +199,8 @@ impl<'a> Bench<'a> {
         scene.render.samples = choice.samples;
         scene.render.bounces = choice.bounces;
         let options = RenderOptions { denoise: choice.denoise, seed, settings, ..RenderOptions::default() };
-        let rendered = render_in_world(&scene, &self.inputs, &self.objects, &prepared.world, &options, Clock::new(), progress)?;
+        let rendered =
+            Frame::new(&scene, &self.inputs, &self.objects, &prepared.world, &options).render(Clock::new(), progress)?;
         let world_ms = prepared.ms;
         self.world = Some(prepared);
         self.mask_by(&rendered.photo);

@@ -48,6 +48,9 @@ pub(crate) struct Args {
     /// Turn a knob (listed below); may be given more than once
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_setting)]
     settings: Vec<(String, String)>,
+    /// Turn an effect on or off whatever the scene calls for; may be given more than once
+    #[arg(long = "force", value_name = "EFFECT=on|off", value_parser = parse_force)]
+    forced: Vec<(String, bool)>,
     /// Write what was done and how long it took, as JSON
     #[arg(long, value_name = "FILE")]
     pub(super) stats: Option<PathBuf>,
@@ -82,7 +85,12 @@ impl Args {
             let _ = settings.set(key, value);
         }
         let (denoise, backend, seed) = (self.denoise(), self.backend, self.seed);
-        RenderOptions { denoise, backend, seed, settings, ..RenderOptions::default() }
+        let mut options = RenderOptions { denoise, backend, seed, settings, ..RenderOptions::default() };
+        for (effect, on) in &self.forced {
+            // The same holds for effects.
+            let _ = options.force(effect, *on);
+        }
+        options
     }
 }
 
@@ -132,6 +140,20 @@ fn parse_setting(text: &str) -> Result<(String, String), String> {
     }
 }
 
+/// `effect=on`, tried on options of its own.
+fn parse_force(text: &str) -> Result<(String, bool), String> {
+    let (effect, state) = text.split_once('=').ok_or("write it like effect=off")?;
+    let on = match state.trim() {
+        "on" => true,
+        "off" => false,
+        _ => return Err("say on or off".into()),
+    };
+    match RenderOptions::default().force(effect.trim(), on) {
+        Ok(()) => Ok((effect.trim().to_owned(), on)),
+        Err(e) => Err(e.remedy().map_or(e.to_string(), |remedy| format!("{e}: {remedy}"))),
+    }
+}
+
 fn settings_help() -> String {
     let width = SETTINGS.iter().map(|s| s.key.len()).max().unwrap_or(0);
     let line = |key: &str, help: &str| format!("  {key:width$}  {help}\n");
@@ -149,6 +171,14 @@ mod tests {
         assert_eq!(parse_frames("1-24"), Ok(1..=24));
         for text in ["", "-", "1-", "-1", "a-b", "5-4", "0-1000000", "1--2", "99999999999"] {
             assert!(parse_frames(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn effects_are_forced_by_name() {
+        assert_eq!(parse_force("influence=off"), Ok(("influence".into(), false)));
+        for text in ["", "influence", "influence=", "influence=maybe", "frob=on", "glossy=on"] {
+            assert!(parse_force(text).is_err(), "{text}");
         }
     }
 

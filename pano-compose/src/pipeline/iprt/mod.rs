@@ -14,21 +14,20 @@ mod state;
 
 pub(super) use state::State;
 
-use super::{Clock, Error, Filtered, Inputs, RenderOptions, Result, World};
+use super::frame::{Filtered, Frame, View};
+use super::{Clock, Error, Result, World};
 use crate::composite::{Irradiance, delta_from_ratio};
 use filter::{Filters, remember};
 use glam::Vec3;
 use pano_core::{
-    camera::{Camera, Projection},
+    camera::Projection,
     image::{Image, RadianceImage},
     layers::TracedLayers,
     progress::Progress,
     random::Stream,
-    scene::Scene,
 };
 use pano_denoise::temporal;
 use pano_trace::iprt::{self, GBuffer, RealEstimate, Update, UpdatedWorld};
-use pano_trace::objects::Objects;
 use pano_trace::sparse;
 use pano_trace::world::CapturedWorld;
 use std::f32::consts::PI;
@@ -39,16 +38,6 @@ const FIRST_LOOK: u32 = 8;
 const SAMPLES_THAT_COVER: u32 = 16;
 /// Points of a pixel that are tried for one that shows what is looked for: at a coverage of 1/16 two in three are found.
 const ATTEMPTS: u32 = 16;
-
-/// What the stages read.
-pub(super) struct Frame<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) inputs: &'a Inputs,
-    pub(super) objects: &'a Objects,
-    pub(super) world: &'a World,
-    pub(super) options: &'a RenderOptions,
-    pub(super) camera: &'a Camera,
-}
 
 /// One of something for each signal that is traced, filtered and remembered.
 #[derive(Clone, Debug, Default)]
@@ -94,8 +83,7 @@ struct Stages<'a> {
 /// [`Error::Cancelled`].
 pub(super) fn trace(
     frame: &Frame<'_>,
-    photo: RadianceImage,
-    lighting: Option<RadianceImage>,
+    View { photo, lighting }: View,
     past: &mut Option<State>,
     clock: &mut Clock,
     warnings: &mut Vec<String>,
@@ -110,7 +98,7 @@ pub(super) fn trace(
         return Ok(Filtered { photo, layers: TracedLayers::empty(w, h), irradiance: None, shadows: Vec::new() });
     }
     let traced = iprt::Frame {
-        camera: frame.camera,
+        camera: &frame.camera,
         objects: frame.objects,
         capture: frame.scene.panorama.position,
         stream: Stream { frame: frame.options.frame, seed: frame.options.seed },
@@ -128,7 +116,7 @@ pub(super) fn trace(
             ..iprt::Params::default()
         },
         coverage: few.then(|| buffer.coverage(&traced, world.as_ref())),
-        motion: past_frame.as_ref().map(|p| iprt::motion(&buffer, frame.camera, frame.objects, &p.earlier)),
+        motion: past_frame.as_ref().map(|p| iprt::motion(&buffer, &frame.camera, frame.objects, &p.earlier)),
         buffer,
         lit: lighting.as_ref().unwrap_or(&photo),
         pixels: (w * h) as u64,

@@ -31,7 +31,7 @@ impl State {
         Self {
             frame: frame.options.frame,
             radiance: frame.inputs.radiance().clone(),
-            earlier: Earlier { camera: *frame.camera, objects: frame.objects.clone() },
+            earlier: Earlier { camera: frame.camera, objects: frame.objects.clone() },
             histories,
             update,
             active,
@@ -42,7 +42,7 @@ impl State {
     pub(super) fn continues(&self, frame: &Frame<'_>) -> bool {
         let same_size = |a: &Camera, b: &Camera| (a.width, a.height, a.projection) == (b.width, b.height, b.projection);
         frame.options.frame == self.frame + 1
-            && same_size(&self.earlier.camera, frame.camera)
+            && same_size(&self.earlier.camera, &frame.camera)
             && !is_cut(&self.radiance, frame.inputs.radiance())
     }
 }
