@@ -273,6 +273,7 @@ fn ldr_panoramas_are_expanded_for_lighting_only() {
     let scene = |name: &str| {
         let mut scene = place.scene(&format!("color = '{name}'\nposition = [0, 1.5, 0]\ncamera_height = 1.5"), OBJECT);
         scene.render.samples = 16;
+        scene.render.method = Method::Dpt;
         scene
     };
     let inputs = Loader::default().load(&scene("room.png"), 0).unwrap();
@@ -292,7 +293,32 @@ fn ldr_panoramas_are_expanded_for_lighting_only() {
     // No shadow takes away more than there is.
     let least = ldr.layers.delta.data().iter().zip(ldr.photo.data()).map(|(d, p)| d.y / p.y).fold(0.0, f32::min);
     assert!((-1.0..-0.01).contains(&least), "{least}");
-    assert!(ldr.stats.warnings.iter().any(|w| w.contains("LDR")), "{:?}", ldr.stats.warnings);
+}
+
+/// `auto` lights an LDR panorama as MR360 does, and its EXR holds a shadow layer a light.
+#[test]
+fn ldr_panoramas_cast_shadows_of_their_lights() {
+    let place = Place::new();
+    let lamp = Vec3::new(1.0, 0.7, 0.0).normalize();
+    let picture = Image::from_fn(128, 64, |x, y| {
+        Vec3::splat(if direction(128, 64, x, y).dot(lamp) > 8f32.to_radians().cos() { 1.0 } else { 0.2 })
+    });
+    io::write_png8(place.path("room.png"), &picture, None).unwrap();
+    let mut scene = place.scene("color = 'room.png'\nposition = [0, 1.5, 0]\ncamera_height = 1.5", OBJECT);
+    scene.render.samples = 16;
+    let rendered = run(&scene);
+    assert_eq!(rendered.stats.method, "mr360");
+    assert!(rendered.stats.plan.is_on("light_shadows") && rendered.stats.plan.is_on("ambient_occlusion"));
+    assert!(rendered.stats.stages.iter().any(|s| s.name == "lights"));
+    assert!(rendered.stats.warnings.iter().any(|w| w.contains("LDR")), "{:?}", rendered.stats.warnings);
+    let least = rendered.layers.delta.data().iter().zip(rendered.photo.data()).map(|(d, p)| d.y / p.y).fold(0.0, f32::min);
+    assert!((-1.0..-0.02).contains(&least), "{least}");
+    assert_eq!(rendered.shadows.len(), 1);
+    write_output(&place.path("out.exr"), &rendered).unwrap();
+    let exr = io::read_exr(place.path("out.exr")).unwrap();
+    let shadow = exr.channels.iter().find(|(name, _)| name == "shadow.0.V").map(|(_, image)| image.clone());
+    let shadow = shadow.expect("a layer a light");
+    assert!(shadow.data().contains(&1.0) && shadow.data().iter().any(|v| *v < 0.9));
 }
 
 #[test]
@@ -305,7 +331,7 @@ fn what_cannot_be_done_is_said() {
     fails(&place.scene("color = 'gone.exr'", ""), &options, &["gone.exr"]);
     let scene = place.scene("color = 'room.exr'", OBJECT);
     fails(&scene, &RenderOptions { backend: Backend::Gpu, ..options.clone() }, &["GPU", "--backend cpu"]);
-    for method in ["iprt", "mr360", "rt2ar"] {
+    for method in ["iprt", "rt2ar"] {
         let mut scene = scene.clone();
         scene.render.method = method.parse().unwrap_or_else(|_| panic!("{method} is a method"));
         fails(&scene, &options, &[method, "dpt"]);

@@ -50,12 +50,15 @@ fn add_row(level: &Image<Vec3A>, uv: Vec2, sums: &mut [Vec3A]) {
     let (y0, fy) = (y as usize, y.fract());
     let (upper, lower) = (level.row(y0), level.row((y0 + 1).min(h - 1)));
     let stride = w as f32 / sums.len() as f32;
-    // Positive, so that truncation rounds down.
-    let start = uv.x * w as f32 - 0.5 + w as f32;
+    // The two rows become one, in which each sum needs two pixels. Twice around: `start` is less than one turn.
+    let row: Vec<Vec3A> = upper.iter().zip(lower).map(|(u, l)| *u * (1.0 - fy) + *l * fy).collect();
+    let row = [&row[..], &row[..], &row[..1]].concat();
+    let start = (uv.x * w as f32 - 0.5).rem_euclid(w as f32);
     for (x, sum) in sums.iter_mut().enumerate() {
         let at = start + x as f32 * stride;
-        let (x0, fx) = (at as usize % w, at.fract());
-        let x1 = if x0 + 1 == w { 0 } else { x0 + 1 };
-        *sum += (upper[x0] * (1.0 - fx) + upper[x1] * fx) * (1.0 - fy) + (lower[x0] * (1.0 - fx) + lower[x1] * fx) * fy;
+        // Rounding may make a full turn of a start just below 0.
+        let x0 = (at as usize).min(2 * w - 1);
+        let fx = at - x0 as f32;
+        *sum += row[x0] + (row[x0 + 1] - row[x0]) * fx;
     }
 }
