@@ -28,7 +28,7 @@ fn rays() -> Vec<(Vec3, Vec3)> {
     let mut random = Random::new(1);
     (0..1024)
         .map(|_| {
-            let origin = Vec3::new(random.range(-2.4, 2.4), random.range(-1.4, 1.4), random.range(-2.9, 2.9));
+            let origin = Vec3::new(random.between(-2.4, 2.4), random.between(-1.4, 1.4), random.between(-2.9, 2.9));
             (origin, random.direction())
         })
         .collect()
