@@ -31,8 +31,8 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
     Setting { key: "gap_relative", help: "> 0: …and larger than this share of the depth (0.01)" },
     Setting { key: "back_faces", help: "true | false: things have back faces at depth gaps (true)" },
-    Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map near objects (1024)" },
-    Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (16)" },
+    Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map near objects (512)" },
+    Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (8)" },
 ];
 
 /// The knobs' values.

@@ -169,7 +169,7 @@ fn settings_are_checked() {
         ("gap_contrast", "4"),
         ("gap_relative", "0.02"),
         ("irradiance_width", "64"),
-        ("irradiance_samples", "8"),
+        ("irradiance_samples", "4"),
     ] {
         let before = settings;
         settings.set(key, value).unwrap_or_else(|e| panic!("{e}"));

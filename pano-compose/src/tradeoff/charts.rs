@@ -142,6 +142,9 @@ fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
 
 /// Three digits, without zeros at the end.
 fn tick(value: &f64) -> String {
+    if *value == 0.0 {
+        return "0".into();
+    }
     let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
     let text = format!("{value:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }

@@ -30,7 +30,7 @@ pub struct CapturedOptions {
 
 impl Default for CapturedOptions {
     fn default() -> Self {
-        Self { field: FieldOptions::default(), reflectance_cap: 0.9, irradiance_width: 1024, irradiance_samples: 16 }
+        Self { field: FieldOptions::default(), reflectance_cap: 0.9, irradiance_width: 512, irradiance_samples: 8 }
     }
 }
 
