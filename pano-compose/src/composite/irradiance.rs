@@ -39,12 +39,7 @@ impl Irradiance {
     /// # Errors
     /// [`Error::Argument`] if the pictures differ in size.
     pub fn ratio(&self, lit: &RadianceImage, cap: f32) -> Result<Image<Vec3>> {
-        let size = self.share.size();
-        for other in [self.real.size(), self.change.size(), lit.size()] {
-            if other != size {
-                return Err(Error::argument(format!("irradiance of {size:?} pixels beside a picture of {other:?}")));
-            }
-        }
+        let size = self.check(&[self.change.size(), lit.size()])?;
         let floor = IRRADIANCE_FLOOR * self.mean();
         Ok(Image::from_fn(size.0, size.1, |x, y| {
             let (share, change) = (self.share.get(x, y), self.change.get(x, y));
@@ -78,19 +73,13 @@ impl Irradiance {
         mirrored_mixed: &Image<Vec3>,
         cap: f32,
     ) -> Result<Image<Vec3>> {
-        let size = self.share.size();
-        for other in [self.real.size(), mirrored.size(), mirrored_mixed.size(), lit.size()] {
-            if other != size {
-                return Err(Error::argument(format!("irradiance of {size:?} pixels beside a picture of {other:?}")));
-            }
-        }
+        let size = self.check(&[mirrored.size(), mirrored_mixed.size(), lit.size()])?;
         Ok(Image::from_fn(size.0, size.1, |x, y| {
             let (share, before) = (self.share.get(x, y), mirrored.get(x, y));
             if share <= 0.0 || before == Vec3::ZERO {
                 return Vec3::ZERO;
             }
-            let diffuse = self.real.get(x, y) / share * (cap / PI);
-            let beyond = luminance((lit.get(x, y) - diffuse).max(Vec3::ZERO));
+            let beyond = self.beyond_diffuse(x, y, lit.get(x, y), cap);
             // The part of the pixel whose mirror image is not blocked is not in `mirrored`.
             let reflectance = beyond * share / luminance(before);
             let change = (mirrored_mixed.get(x, y) - before) * reflectance;
@@ -104,16 +93,30 @@ impl Irradiance {
     /// # Errors
     /// [`Error::Argument`] if the pictures differ in size.
     pub fn matte(&self, lit: &RadianceImage, mirror: &Image<Vec3>, cap: f32) -> Result<Image<f32>> {
-        let size = self.share.size();
+        let size = self.check(&[mirror.size(), lit.size()])?;
         Ok(Image::from_fn(size.0, size.1, |x, y| {
             let (share, lit) = (self.share.get(x, y), lit.get(x, y));
             if share <= 0.0 {
                 return 1.0;
             }
-            let diffuse = self.real.get(x, y) / share * (cap / PI);
-            let beyond = luminance((lit - diffuse).max(Vec3::ZERO));
+            let beyond = self.beyond_diffuse(x, y, lit, cap);
             if beyond > 0.0 && beyond <= luminance(mirror.get(x, y)) { 1.0 - beyond / luminance(lit) } else { 1.0 }
         }))
+    }
+
+    /// Luminance that a surface of reflectance `cap` could not send out; the pixel's share is above 0.
+    fn beyond_diffuse(&self, x: usize, y: usize, lit: Vec3, cap: f32) -> f32 {
+        let diffuse = self.real.get(x, y) / self.share.get(x, y) * (cap / PI);
+        luminance((lit - diffuse).max(Vec3::ZERO))
+    }
+
+    /// That pictures of `others` belong to this one; its size.
+    fn check(&self, others: &[(usize, usize)]) -> Result<(usize, usize)> {
+        let size = self.share.size();
+        match others.iter().chain([&self.real.size()]).find(|&&other| other != size) {
+            None => Ok(size),
+            Some(other) => Err(Error::argument(format!("irradiance of {size:?} pixels beside a picture of {other:?}"))),
+        }
     }
 
     /// Mean luminance of E_R over the pixels with a share, weighted by it.
