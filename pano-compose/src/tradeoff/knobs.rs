@@ -103,6 +103,15 @@ pub const KNOBS: &[Knob] = &[
         scope: Scope::Captured,
     },
     Knob {
+        name: "back_faces",
+        unit: "switch",
+        range: "true, false",
+        default: "true",
+        error: "what the panorama could not see of things lets light through and is missing in mirrors",
+        values: &["false", "true"],
+        scope: Scope::Captured,
+    },
+    Knob {
         name: "irradiance_width",
         unit: "columns",
         range: "8 to 4096",
@@ -231,9 +240,9 @@ mod tests {
 
     #[test]
     fn every_setting_is_a_knob_or_describes_the_scene() {
-        // How depth is read, what real surfaces are made of, which light is looked for: no choice of time against accuracy.
-        let described =
-            ["gap_contrast", "gap_relative", "gap_thickness", "reflectance_cap", "detector", "gloss", "gloss_roughness"];
+        // How depth is read, what real surfaces are made of, which light is looked for, and what only sequences
+        // have.
+        let described = ["gap_contrast", "gap_relative", "reflectance_cap", "detector", "gloss", "gloss_roughness", "sparse"];
         for setting in SETTINGS {
             let known = described.contains(&setting.key) || KNOBS.iter().any(|k| k.name == setting.key);
             assert!(known, "{} is in no sweep", setting.key);
