@@ -15,4 +15,62 @@
 //! # Ok::<(), pano_core::Error>(())
 //! ```
 
+pub mod atrous;
 pub mod cross_bilateral;
+pub mod firefly;
+pub mod temporal;
+
+mod surfaces;
+
+use glam::{DVec3, Vec3};
+use pano_core::color::luminance;
+use pano_core::image::Image;
+use pano_core::{Error, Result};
+
+/// Luminance sums of one layer, over all pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Signed sum before filtering.
+    pub before: f64,
+    /// Signed sum after filtering.
+    pub after: f64,
+    /// Sum of the absolute values before filtering.
+    pub magnitude: f64,
+}
+
+impl Energy {
+    /// Of one layer before and after; values that are not finite do not count.
+    pub(crate) fn between(before: &Image<Vec3>, after: &Image<Vec3>) -> Self {
+        let sum = |image: &Image<Vec3>, f: fn(f64) -> f64| {
+            image.data().iter().filter(|v| v.is_finite()).map(|&v| f(f64::from(luminance(v)))).sum()
+        };
+        Self { before: sum(before, |v| v), after: sum(after, |v| v), magnitude: sum(before, f64::abs) }
+    }
+
+    /// Change of the sum as a fraction of the magnitude; 0 for a black layer.
+    pub fn relative_change(&self) -> f64 {
+        if self.magnitude > 0.0 { (self.after - self.before) / self.magnitude } else { 0.0 }
+    }
+}
+
+/// All pictures have `size`, or an error names the one that has not.
+fn check_sizes(filter: &str, size: (usize, usize), others: &[(&str, (usize, usize))]) -> Result<()> {
+    match others.iter().find(|(_, other)| *other != size) {
+        None => Ok(()),
+        Some((name, other)) => {
+            Err(Error::argument(format!("{filter}: {name} has {}×{} pixels, the layer {}×{}", other.0, other.1, size.0, size.1)))
+        }
+    }
+}
+
+/// To `f32`, at most its largest value: dividing by a tiny share may exceed it.
+#[inline]
+fn to_f32(v: f64) -> f32 {
+    v.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
+}
+
+/// [`to_f32`] of each channel.
+#[inline]
+fn to_vec3(v: DVec3) -> Vec3 {
+    Vec3::new(to_f32(v.x), to_f32(v.y), to_f32(v.z))
+}

@@ -2,8 +2,10 @@
 
 pub mod bsdf;
 pub mod bvh;
+pub mod iprt;
 pub mod mr360;
 pub mod objects;
 pub mod prt;
+pub mod sparse;
 pub mod tracer;
 pub mod world;

@@ -58,7 +58,7 @@ fn stages(c: &mut Criterion) {
     let field = DepthField::new(&depth, &FieldOptions::default());
     group.throughput(Throughput::Elements(RAYS as u64));
     group.bench_function("march", |b| {
-        b.iter(|| rays.iter().filter(|(o, d)| field.march(black_box(*o), *d, f32::INFINITY).is_some()).count());
+        b.iter(|| rays.iter().filter(|(o, d)| field.march(black_box(*o), *d, f32::INFINITY).hit().is_some()).count());
     });
     let world = captured(&radiance, &depth, Quat::IDENTITY, Vec3::ZERO);
     group.bench_function("captured hit with radiance", |b| {

@@ -118,7 +118,8 @@ pub fn captured_with_cap(
     capture: Vec3,
     reflectance_cap: f32,
 ) -> CapturedWorld {
-    let options = CapturedOptions { irradiance_width: 512, reflectance_cap, ..CapturedOptions::default() };
+    let options =
+        CapturedOptions { irradiance_width: 512, irradiance_samples: 16, reflectance_cap, ..CapturedOptions::default() };
     CapturedWorld::new(Arc::new(radiance.clone()), depth, turn, capture, &[], &options, &Silent).expect("nobody cancels")
 }
 

@@ -5,6 +5,7 @@ mod demo;
 mod expand;
 mod info;
 mod lights;
+mod plan;
 mod render;
 mod tradeoff;
 
@@ -17,6 +18,8 @@ pub(crate) enum Command {
     Demo(demo::Args),
     /// Put the objects of a scene into its panorama
     Render(render::Args),
+    /// Say which effects a scene calls for, which stages will run, why, and what each costs
+    Plan(plan::Args),
     /// Show what accuracy costs in time: error against time for every knob, as tables, charts and a page
     Tradeoff(tradeoff::Args),
     /// Say how far two pictures are apart
@@ -35,6 +38,7 @@ impl Command {
         match self {
             Self::Demo(args) => demo::run(args),
             Self::Render(args) => render::run(args),
+            Self::Plan(args) => plan::run(args),
             Self::Tradeoff(args) => tradeoff::run(args),
             Self::Compare(args) => compare::run(args),
             Self::Info(args) => info::run(args),

@@ -3,5 +3,6 @@
 mod compare;
 mod info;
 mod lights;
+mod plan;
 mod render;
 mod support;

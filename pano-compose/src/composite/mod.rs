@@ -11,9 +11,11 @@
 mod channels;
 mod cpu;
 mod encode;
+mod irradiance;
 
 pub use channels::exr_channels;
 pub use encode::encode_ldr;
+pub use irradiance::{IRRADIANCE_FLOOR, Irradiance, delta_from_ratio};
 
 use glam::Vec3;
 use pano_core::image::{Image, RadianceImage};

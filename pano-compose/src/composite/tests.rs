@@ -1,6 +1,7 @@
 use super::*;
 use pano_core::color::{LUMINANCE_WEIGHTS, luminance, srgb_to_linear};
 use proptest::prelude::*;
+use std::f32::consts::PI;
 
 /// A photo with a gradient in it.
 fn photo(width: usize, height: usize) -> RadianceImage {
@@ -198,4 +199,65 @@ proptest! {
         }
         prop_assert!(clamped.energy.is_finite() && clamped.energy >= 0.0);
     }
+}
+
+/// One pixel of irradiance.
+fn irradiance(share: f32, real: f32, change: f32) -> Irradiance {
+    let one = |v: f32| Image::filled(2, 1, Vec3::splat(v));
+    // The second pixel gives the frame its scale.
+    let mut irradiance = Irradiance { share: Image::filled(2, 1, share), real: one(PI), change: one(0.0) };
+    irradiance.real.set(0, 0, Vec3::splat(real * share));
+    irradiance.change.set(0, 0, Vec3::splat(change * share));
+    irradiance
+}
+
+fn grey(value: f32) -> RadianceImage {
+    Image::filled(2, 1, Vec3::splat(value))
+}
+
+/// Eq. 2 on a diffuse surface: half the light, half the radiance, whatever the share; and no change is none, bit for bit.
+#[test]
+fn the_picture_changes_as_the_irradiance() {
+    for share in [1.0, 0.25] {
+        let irradiance = irradiance(share, 2.0, -1.0);
+        let ratio = irradiance.ratio(&grey(0.3), 0.9).unwrap();
+        assert!((ratio.get(0, 0).x - 0.5).abs() < 1e-6 && ratio.get(1, 0) == Vec3::ONE);
+        let delta = delta_from_ratio(&grey(0.3), &irradiance.share, &ratio);
+        assert!((delta.get(0, 0).x + 0.15 * share).abs() < 1e-6 && delta.get(1, 0) == Vec3::ZERO);
+        assert!((irradiance.mixed().get(0, 0).x - share).abs() < 1e-6);
+    }
+}
+
+/// E_R → 0: the change is that of a surface of reflectance `cap` at most, and a black frame has no ratio.
+#[test]
+fn no_irradiance_does_not_divide_by_nothing() {
+    for real in [1.0, 1e-3, 1e-6, 1e-30, 0.0] {
+        let ratio = irradiance(1.0, real, 0.5).ratio(&grey(0.2), 0.9).unwrap().get(0, 0).x;
+        let change = (ratio - 1.0) * 0.2;
+        assert!(ratio.is_finite() && change <= 0.5 * 0.9 / PI + 1e-6, "{real}: {ratio}");
+        // Without radiance the floor of the frame's mean is left.
+        let dark = irradiance(1.0, real, 0.5).ratio(&grey(0.0), 0.9).unwrap().get(0, 0).x;
+        assert!(dark.is_finite() && dark <= 1.0 + 0.5 / (IRRADIANCE_FLOOR * 0.4 * PI), "{real}: {dark}");
+    }
+    let black = Irradiance { real: grey(0.0), ..irradiance(1.0, 0.0, 0.0) };
+    assert_eq!(black.ratio(&grey(0.0), 0.9).unwrap().get(0, 0), Vec3::ONE);
+}
+
+/// Light that only a mirror image explains is lost where an object comes before it; a lamp, brighter than what it could
+/// mirror, keeps its own.
+#[test]
+fn mirror_images_are_blocked_and_lamps_are_not() {
+    let irradiance = irradiance(1.0, PI, 0.0);
+    // Radiance 2 where .9 could be diffuse: 1.1 beyond, of a window of 4.
+    let change = irradiance.mirror_delta(&grey(2.0), &grey(4.0), &grey(1.0), 0.9).unwrap().get(0, 0).x;
+    assert!((change - (1.0 - 4.0) * 1.1 / 4.0).abs() < 1e-5, "{change}");
+    let matte = irradiance.matte(&grey(2.0), &grey(4.0), 0.9).unwrap().get(0, 0);
+    assert!((matte - 0.45).abs() < 1e-6, "{matte}");
+    // Before a wall of 0.5 it shines by itself.
+    assert_eq!(irradiance.mirror_delta(&grey(2.0), &grey(0.5), &grey(0.0), 0.9).unwrap().get(0, 0), Vec3::ZERO);
+    assert_eq!(irradiance.matte(&grey(2.0), &grey(0.5), 0.9).unwrap().get(0, 0), 1.0);
+    // No object in the way, or nothing beyond diffuse.
+    assert_eq!(irradiance.mirror_delta(&grey(2.0), &grey(0.0), &grey(0.0), 0.9).unwrap().get(0, 0), Vec3::ZERO);
+    assert_eq!(irradiance.mirror_delta(&grey(0.5), &grey(4.0), &grey(1.0), 0.9).unwrap().get(0, 0), Vec3::ZERO);
+    assert!(irradiance.ratio(&Image::filled(3, 1, Vec3::ONE), 0.9).is_err());
 }

@@ -18,7 +18,7 @@ mod survey;
 
 pub use numbers::{MethodNumbers, Numbers, ReferenceCost, Score, Scores};
 
-use crate::pipeline::{self, Clock, Error, Inputs, RenderOptions, Rendered, Result};
+use crate::pipeline::{self, Clock, Error, Frame, Inputs, RenderOptions, Rendered, Result};
 use pano_core::{
     camera::Camera,
     image::{Image, RadianceImage},
@@ -167,7 +167,7 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     for method in METHODS {
         scene.render.method = method;
         let step = Step { progress, name: method.name() };
-        composites.push((method, pipeline::render_in_world(&scene, &inputs, &objects, &world, &options, Clock::new(), &step)?));
+        composites.push((method, Frame::new(&scene, &inputs, &objects, &world, &options).render(Clock::new(), &step)?));
     }
 
     let camera = place.view(params.view);

@@ -1,9 +1,7 @@
 //! A folder for results of many files.
 
 use super::{Error, Result};
-use pano_core::io;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// A folder to write into, checked before the work begins. If nothing is written, dropping it removes what was created.
@@ -52,6 +50,7 @@ impl Drop for Folder {
 }
 
 /// Writes a text file, whole or not at all.
+#[cfg(any(feature = "demo", feature = "tradeoff"))]
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<()> {
-    Ok(io::write_atomically(path, |file| file.write_all(text.as_bytes()))?)
+    Ok(pano_core::io::write_atomically(path, |file| std::io::Write::write_all(file, text.as_bytes()))?)
 }

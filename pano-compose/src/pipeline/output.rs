@@ -15,6 +15,13 @@ pub fn write_output(path: &Path, rendered: &Rendered) -> Result<()> {
     let extension = |e: &str| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e));
     if extension("exr") {
         let mut channels = exr_channels(&rendered.composite, &rendered.layers, &rendered.photo)?;
+        if let Some(irradiance) = &rendered.irradiance {
+            for (layer, image) in [("irradiance_real", &irradiance.real), ("irradiance_mixed", &irradiance.mixed())] {
+                for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+                    channels.push((format!("{layer}.{name}"), image.map(|e| e[c])));
+                }
+            }
+        }
         for (light, shadow) in rendered.shadows.iter().enumerate() {
             channels.push((format!("shadow.{light}.V"), shadow.clone()));
         }

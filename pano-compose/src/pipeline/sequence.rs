@@ -1,10 +1,10 @@
 //! Frames one after the other. What they share is read and built once, and what a method carries from frame to frame lives
 //! here.
 
-use super::lights::Lights;
+use super::frame::{Carried, Frame};
 use super::load::{Inputs, Loader, prepare_objects};
 use super::world::{World, build_world, resolve_method};
-use super::{Backend, Clock, Error, RenderOptions, Rendered, Result, render_lit};
+use super::{Backend, Clock, Error, RenderOptions, Rendered, Result};
 use pano_core::{
     image::{Image, RadianceImage},
     progress::Progress,
@@ -20,7 +20,7 @@ pub struct Sequence<'a> {
     options: &'a RenderOptions,
     loader: Loader,
     built: Option<Built>,
-    lights: Lights,
+    carried: Carried,
 }
 
 /// A world and what it was built of.
@@ -35,7 +35,7 @@ struct Built {
 impl<'a> Sequence<'a> {
     /// Of `scene`; [`RenderOptions::frame`] is not looked at.
     pub fn new(scene: &'a Scene, options: &'a RenderOptions) -> Self {
-        Self { scene, options, loader: Loader::default(), built: None, lights: Lights::new() }
+        Self { scene, options, loader: Loader::default(), built: None, carried: Carried::default() }
     }
 
     /// Renders frame `frame`.
@@ -63,7 +63,8 @@ impl<'a> Sequence<'a> {
                 built
             }
         };
-        let mut rendered = render_lit(self.scene, &inputs, &objects, &built.world, &options, &mut self.lights, clock, progress)?;
+        let mut rendered =
+            Frame::new(self.scene, &inputs, &objects, &built.world, &options).render_next(&mut self.carried, clock, progress)?;
         rendered.stats.warnings.splice(0..0, inputs.warnings.iter().chain(&built.warnings).cloned());
         self.built = Some(built);
         Ok(rendered)

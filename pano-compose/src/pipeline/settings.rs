@@ -19,6 +19,10 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "mis", help: "balance | light | bsdf: which strategies sample direct light (balance)" },
     Setting { key: "second_order", help: "true | false: changed surfaces change one another and show in objects (true)" },
     Setting { key: "delta_passes", help: "1–16: how often the change of real surfaces is filtered (3)" },
+    Setting {
+        key: "sparse",
+        help: "true | false: iprt traces one pixel in 4 or 16 where nothing changes, from the second frame on (true)",
+    },
     Setting { key: "detector", help: "mr360 | clipped: how mr360 finds the lights of an LDR picture (mr360)" },
     Setting { key: "gloss", help: "0–1: how much real surfaces mirror the objects with mr360; 1 is a polished floor (0)" },
     Setting { key: "gloss_roughness", help: "0–1: how blurred that mirror image is (0.3)" },
@@ -26,9 +30,9 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "field_resolution", help: "quads along a cube face of the depth field; 0: the panorama's own (0)" },
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
     Setting { key: "gap_relative", help: "> 0: …and larger than this share of the depth (0.01)" },
-    Setting { key: "gap_thickness", help: "≥ 0: depth of the unseen side at a gap, as a share of the distance (0.5)" },
-    Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map near objects (1024)" },
-    Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (16)" },
+    Setting { key: "back_faces", help: "true | false: things have back faces at depth gaps (true)" },
+    Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map near objects (512)" },
+    Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (8)" },
 ];
 
 /// The knobs' values.
@@ -40,6 +44,8 @@ pub struct Settings {
     pub second_order: bool,
     /// `delta_passes`.
     pub delta_passes: u32,
+    /// `sparse`.
+    pub sparse: bool,
     /// `detector`.
     pub detector: Detector,
     /// `gloss`.
@@ -55,6 +61,7 @@ impl Default for Settings {
         Self {
             mis: Mis::Balance,
             second_order: true,
+            sparse: true,
             delta_passes: cross_bilateral::Params::default().delta_passes,
             detector: Detector::default(),
             gloss: 0.0,
@@ -88,6 +95,7 @@ impl Settings {
             }
             "second_order" => self.second_order = value.parse().map_err(|_| bad())?,
             "delta_passes" => self.delta_passes = count(1, 16)?,
+            "sparse" => self.sparse = value.parse().map_err(|_| bad())?,
             "detector" => {
                 self.detector = match value {
                     "mr360" => Detector::Mr360,
@@ -101,7 +109,7 @@ impl Settings {
             "field_resolution" => self.captured.field.resolution = count(0, 4096)? as usize,
             "gap_contrast" => self.captured.field.gap_contrast = number(1.0, 1e6)?,
             "gap_relative" => self.captured.field.gap_relative = number(1e-6, 1.0)?,
-            "gap_thickness" => self.captured.field.gap_thickness = number(0.0, 1e6)?,
+            "back_faces" => self.captured.field.back_faces = value.parse().map_err(|_| bad())?,
             "irradiance_width" => self.captured.irradiance_width = count(8, 4096)? as usize,
             "irradiance_samples" => self.captured.irradiance_samples = count(1, 65536)?,
             _ => unreachable!("every key of SETTINGS is matched: {key}"),

@@ -58,12 +58,18 @@ pub fn resolve_method(scene: &Scene, inputs: &Inputs, warnings: &mut Vec<String>
                 warnings.push("an LDR panorama lights the scene by inverse tone mapping; shadows are estimates".into());
                 return Ok(Method::Mr360);
             }
-            Ok(Method::Dpt)
+            let is_video = scene.panorama.color.is_sequence() && inputs.depth.is_some();
+            Ok(if is_video { Method::Iprt } else { Method::Dpt })
         }
         method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl | Method::Mr360) => Ok(method),
+        Method::Iprt if inputs.depth.is_some() => Ok(Method::Iprt),
+        Method::Iprt => Err(Error::unsupported(
+            "method `iprt` traces rays against the panorama's depth, and there is none",
+            "give the panorama a `depth`, or use dpt",
+        )),
         method => Err(Error::unsupported(
             format!("method `{}` is not in this version", method.name()),
-            "use dpt, mr360, onepass, twopass, ibl or auto",
+            "use dpt, iprt, mr360, onepass, twopass, ibl or auto",
         )),
     }
 }
@@ -97,8 +103,13 @@ pub fn build_world(
         if !scene.proxies.is_empty() {
             warnings.push("the panorama has depth: proxies are not used".into());
         }
-        let world = CapturedWorld::new(radiance, depth, turn, capture, objects.clusters(), &settings.captured, progress)
-            .ok_or(Error::Cancelled)?;
+        let mut options = settings.captured;
+        if matches!(resolve_method(scene, inputs, &mut Vec::new())?, Method::Ibl | Method::Iprt) {
+            // Nothing real changes, or irradiance is what the method estimates itself: no reflectance is asked for.
+            options.irradiance_width = 0;
+        }
+        let world =
+            CapturedWorld::new(radiance, depth, turn, capture, objects.clusters(), &options, progress).ok_or(Error::Cancelled)?;
         return Ok(World::Captured(Box::new(world)));
     }
     let from_picture = Reflectance::FromPicture { cap: settings.captured.reflectance_cap };

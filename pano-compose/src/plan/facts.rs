@@ -15,6 +15,10 @@ pub struct SceneFacts {
     pub bounces: u32,
     /// The panorama has depth.
     pub has_depth: bool,
+    /// The back faces at depth gaps are switched off.
+    pub no_back_faces: bool,
+    /// Sparse tracing is switched off.
+    pub no_sparse: bool,
     /// There are proxies or a ground plane.
     pub has_proxies: bool,
     /// There is more than one frame.

@@ -54,6 +54,13 @@ impl EffectPlan {
         Self { effects }
     }
 
+    /// Turns `effect` on or off, whatever the scene calls for; a name that is not in [`EFFECTS`] changes nothing.
+    pub fn force(&mut self, effect: &str, on: bool) {
+        for planned in self.effects.iter_mut().filter(|e| e.effect == effect) {
+            (planned.on, planned.why) = (on, format!("forced {}", if on { "on" } else { "off" }));
+        }
+    }
+
     /// The decisions, in the order of [`EFFECTS`].
     pub fn effects(&self) -> &[PlannedEffect] {
         &self.effects

@@ -38,12 +38,17 @@ pub(super) fn decide(effect: &str, facts: &SceneFacts) -> (bool, String) {
         }
         "ambient_occlusion" => off("not available yet: occlusion from the directions of the lights only"),
         "back_faces" if !facts.has_depth => off("the panorama has no depth, so it has no depth gaps to guess behind"),
-        "back_faces" => off("not available yet: rays that pass behind a depth gap go on to the next layer"),
-        "sparse" if !facts.is_sequence => off("a still has no earlier frames to fill the gaps between sparse samples"),
-        "sparse" => off("not available yet: every pixel of every frame is traced"),
-        "temporal" if !facts.is_sequence => off("a still has no earlier frames"),
-        "temporal" if facts.moving => off("not available yet: every frame is rendered by itself, also where objects move"),
-        "temporal" => off("not available yet: every frame is rendered by itself"),
+        "back_faces" if is_ibl(facts) => off("ibl looks at infinity only"),
+        "back_faces" if facts.no_back_faces => off("switched off: rays that pass behind a depth gap go on to the next layer"),
+        "back_faces" => on("the panorama has depth: what it could not see of things gets a back face that mirrors the front"),
+        "sparse" | "temporal" if facts.method != "iprt" => {
+            off(&format!("{} traces every frame by itself; iprt does not", facts.method))
+        }
+        "sparse" if !facts.is_sequence && !facts.moving => off("a still has no earlier frames to tell where nothing changes"),
+        "sparse" if facts.no_sparse => off("switched off: every pixel of every frame is traced"),
+        "sparse" => on("from the second frame on, flat places whose light no object touches are traced at one pixel in 4 or 16"),
+        "temporal" if !facts.is_sequence && !facts.moving => off("a still has no earlier frames"),
+        "temporal" => on("every frame is blended with the one before along the motion of its points"),
         "lens" => off("not available yet: bright pixels get neither bloom nor glare"),
         "influence" if is_ibl(facts) => off("ibl changes nothing real"),
         "influence" if !facts.has_receivers() => off("no real surface is known that the objects could change"),

@@ -19,7 +19,7 @@ fn why(facts: &SceneFacts, effect: &str) -> String {
 /// Every combination of the facts that rules look at.
 fn all_facts() -> impl Iterator<Item = SceneFacts> {
     let methods = ["iprt", "dpt", "mr360", "rt2ar", "ibl", "onepass", "twopass"];
-    (0..1u32 << 8).flat_map(move |bits| {
+    (0..1u32 << 9).flat_map(move |bits| {
         let bit = move |i: u32| bits >> i & 1 == 1;
         methods.map(|method| SceneFacts {
             objects: usize::from(bit(0)),
@@ -28,6 +28,8 @@ fn all_facts() -> impl Iterator<Item = SceneFacts> {
             bounces: 1 + 2 * u32::from(bit(3)),
             has_depth: bit(4),
             has_proxies: bit(5),
+            no_back_faces: bit(8),
+            no_sparse: bit(3),
             is_sequence: bit(6),
             moving: bit(7),
             lights: (method == "mr360").then_some(usize::from(bit(3))),
@@ -62,25 +64,33 @@ fn without_objects_everything_is_off() {
 fn what_does_not_exist_is_never_on() {
     for facts in all_facts() {
         let plan = EffectPlan::for_scene(&facts);
-        for effect in ["back_faces", "sparse", "temporal", "lens"] {
-            assert!(!plan.is_on(effect), "{effect}: {facts:?}");
-        }
+        assert!(!plan.is_on("lens"), "{facts:?}");
     }
     let sequence = SceneFacts { is_sequence: true, method: "mr360".to_owned(), ..still() };
-    for effect in ["back_faces", "sparse", "temporal", "lens"] {
-        assert!(why(&sequence, effect).contains("not available yet"), "{effect}: {}", why(&sequence, effect));
-    }
+    assert!(why(&sequence, "lens").contains("not available yet"), "{}", why(&sequence, "lens"));
 }
 
 #[test]
 fn a_diffuse_object_needs_shadows_and_influence_only() {
-    assert_eq!(on(&still()), ["light_shadows", "influence"]);
+    assert_eq!(on(&still()), ["light_shadows", "back_faces", "influence"]);
     assert!(why(&still(), "glossy").contains("diffuse"));
     assert!(why(&still(), "transmission").contains("no material"));
     assert!(why(&still(), "multi_bounce").contains("bounces is 1"));
     assert!(why(&still(), "ambient_occlusion").contains("dpt samples every direction"));
-    assert!(why(&still(), "temporal").contains("still"));
-    assert!(why(&still(), "sparse").contains("still"));
+    assert!(why(&still(), "temporal").contains("dpt traces every frame by itself"));
+}
+
+#[test]
+fn sequences_by_iprt_are_sparse_and_remember() {
+    let iprt = SceneFacts { method: "iprt".to_owned(), ..still() };
+    for effect in ["sparse", "temporal"] {
+        assert!(!on(&iprt).contains(&effect) && why(&iprt, effect).contains("still"), "{effect}");
+        for sequence in [SceneFacts { is_sequence: true, ..iprt.clone() }, SceneFacts { moving: true, ..iprt.clone() }] {
+            assert!(on(&sequence).contains(&effect), "{effect}");
+        }
+    }
+    let dense = SceneFacts { is_sequence: true, no_sparse: true, ..iprt };
+    assert!(!on(&dense).contains(&"sparse") && why(&dense, "sparse").contains("switched off"));
 }
 
 #[test]
@@ -97,6 +107,8 @@ fn shadows_and_influence_need_a_real_surface() {
     assert_eq!(on(&floating), [""; 0]);
     assert!(why(&floating, "light_shadows").contains("no depth, no proxy"));
     assert!(why(&floating, "back_faces").contains("no depth"));
+    let switched = SceneFacts { no_back_faces: true, ..still() };
+    assert!(!on(&switched).contains(&"back_faces") && why(&switched, "back_faces").contains("switched off"));
     let on_ground = SceneFacts { has_proxies: true, ..floating };
     assert_eq!(on(&on_ground), ["light_shadows", "influence"]);
     assert!(why(&on_ground, "light_shadows").contains("proxy or a ground plane"));

@@ -59,7 +59,12 @@ pub(super) fn error_against_time(rows: &[Row]) -> Result<String> {
                 .label(*method)
                 .legend(move |(x, y)| Circle::new((x + 8, y), 4, colour.filled()));
         }
-        chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw()?;
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::LowerLeft)
+            .background_style(WHITE.mix(0.8))
+            .border_style(BLACK.mix(0.3))
+            .draw()?;
         Ok(())
     })
 }
@@ -74,36 +79,38 @@ pub(super) fn knob_curve(knob: &Knob, rows: &[Row]) -> Result<Option<String>> {
         .map(|r| (r.ms / base.ms, r.error / base.error, r.error_se / base.error, r.value == knob.default))
         .filter(|p| p.0.is_finite() && p.1.is_finite())
         .collect();
-    let chart = draw(SMALL, |area| {
-        let x = span(relative.iter().map(|p| p.0));
-        let y = span(relative.iter().flat_map(|p| [p.1 - p.2, p.1 + p.2]));
-        let mut chart = ChartBuilder::on(area)
-            .margin(10)
-            .caption(knob.name, ("sans-serif", 15))
-            .x_label_area_size(36)
-            .y_label_area_size(52)
-            .build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale())?;
-        chart
-            .configure_mesh()
-            .x_desc("time / default's")
-            .y_desc("error / default's")
-            .x_labels(5)
-            .y_labels(5)
-            .x_label_formatter(&tick)
-            .y_label_formatter(&tick)
-            .draw()?;
-        chart.draw_series(LineSeries::new(relative.iter().map(|p| (p.0, p.1)), COLOURS[0].mix(0.5)))?;
-        chart.draw_series(
-            relative.iter().map(|p| PathElement::new([(p.0, (p.1 - p.2).max(y.0)), (p.0, p.1 + p.2)], COLOURS[0])),
-        )?;
-        chart.draw_series(
-            relative.iter().map(|p| Circle::new((p.0, p.1), 4, if p.3 { BLACK.filled() } else { COLOURS[0].filled() })),
-        )?;
-        chart.draw_series(
-            relative.iter().zip(&swept).map(|(p, r)| Text::new(r.value.clone(), (p.0, p.1), ("sans-serif", 12)).into_dyn()),
-        )?;
-        Ok(())
-    })?;
+    let chart =
+        draw(SMALL, |area| {
+            let (_, right) = span(relative.iter().map(|p| p.0));
+            let (_, top) = span(relative.iter().map(|p| p.1 + p.2));
+            let (x, y) = ((0.0, 1.1 * right), (0.0, 1.1 * top));
+            let mut chart = ChartBuilder::on(area)
+                .margin(10)
+                .caption(knob.name, ("sans-serif", 15))
+                .x_label_area_size(36)
+                .y_label_area_size(52)
+                .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
+            chart
+                .configure_mesh()
+                .x_desc("time / default's")
+                .y_desc("error / default's")
+                .x_labels(5)
+                .y_labels(5)
+                .x_label_formatter(&tick)
+                .y_label_formatter(&tick)
+                .draw()?;
+            chart.draw_series(LineSeries::new(relative.iter().map(|p| (p.0, p.1)), COLOURS[0].mix(0.5)))?;
+            chart.draw_series(
+                relative.iter().map(|p| PathElement::new([(p.0, (p.1 - p.2).max(y.0)), (p.0, p.1 + p.2)], COLOURS[0])),
+            )?;
+            chart.draw_series(
+                relative.iter().map(|p| Circle::new((p.0, p.1), 4, if p.3 { BLACK.filled() } else { COLOURS[0].filled() })),
+            )?;
+            chart.draw_series(relative.iter().zip(&swept).map(|(p, r)| {
+                EmptyElement::at((p.0, p.1)) + Text::new(r.value.clone(), (6, -14), ("sans-serif", 12)).into_dyn()
+            }))?;
+            Ok(())
+        })?;
     Ok(Some(chart))
 }
 
@@ -135,6 +142,9 @@ fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
 
 /// Three digits, without zeros at the end.
 fn tick(value: &f64) -> String {
+    if *value == 0.0 {
+        return "0".into();
+    }
     let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
     let text = format!("{value:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }

@@ -36,7 +36,8 @@ pub struct Knob {
     pub scope: Scope,
 }
 
-/// The table. `samples` and `bounces` are swept in combination with each other and with `denoise`; all others by themselves.
+/// The table. `samples`, `denoise` and two numbers of bounces are swept in combination, also with cheaper [`PREPARATIONS`]; all
+/// but `samples` and `denoise` also by themselves.
 pub const KNOBS: &[Knob] = &[
     Knob {
         name: "samples",
@@ -105,7 +106,7 @@ pub const KNOBS: &[Knob] = &[
         name: "irradiance_width",
         unit: "columns",
         range: "8 to 4096",
-        default: "1024",
+        default: "512",
         error: "reflectance of real surfaces smears across existing shadows",
         values: &["128", "256", "512", "1024"],
         scope: Scope::Captured,
@@ -114,12 +115,21 @@ pub const KNOBS: &[Knob] = &[
         name: "irradiance_samples",
         unit: "pairs of rays a texel",
         range: "1 to 65536",
-        default: "16",
+        default: "8",
         error: "blotches in the depth of shadows",
-        values: &["1", "4", "16", "64"],
+        values: &["1", "2", "8", "32"],
         scope: Scope::Captured,
     },
 ];
+
+/// How a captured world is prepared, from dear to cheap, for combinations: time and error of the preparation go together.
+pub const PREPARATIONS: [&[(&str, &str)]; 3] = [
+    &[],
+    &[("irradiance_width", "256"), ("irradiance_samples", "4")],
+    &[("irradiance_width", "128"), ("irradiance_samples", "1"), ("field_resolution", "128")],
+];
+/// Scattering events tried in combinations; all others are tried by themselves.
+pub(super) const COMBINED_BOUNCES: [u32; 2] = [1, 3];
 
 /// Where every knob stands.
 #[derive(Clone, Debug, PartialEq)]
@@ -157,6 +167,21 @@ impl Choice {
             }
         }
         Ok(choice)
+    }
+
+    /// Where a knob stands.
+    pub fn value_of(&self, knob: &Knob) -> String {
+        match knob.name {
+            "samples" => self.samples.to_string(),
+            "bounces" => self.bounces.to_string(),
+            "denoise" => self.denoise.to_string(),
+            name => self.settings.iter().find(|(key, _)| *key == name).map_or(knob.default, |(_, value)| value).to_owned(),
+        }
+    }
+
+    /// The same with the knobs of a [`PREPARATIONS`] entry turned.
+    pub fn prepared(&self, turned: &[(&'static str, &'static str)]) -> Self {
+        Self { settings: turned.to_vec(), ..self.clone() }
     }
 
     /// What the pipeline is told.
@@ -197,6 +222,7 @@ mod tests {
                 let choice = default_choice().with(knob, value).unwrap();
                 choice.settings().unwrap();
                 assert_eq!(choice == default_choice(), *value == knob.default, "{} = {value}", knob.name);
+                assert_eq!(choice.value_of(knob), *value, "{}", knob.name);
             }
             let at_default = default_choice().with(knob, knob.default).unwrap();
             assert_eq!(at_default.settings().unwrap(), Settings::default(), "{}", knob.name);
@@ -204,11 +230,19 @@ mod tests {
     }
 
     #[test]
-    fn every_setting_is_a_knob_or_says_how_depth_is_read() {
+    fn every_setting_is_a_knob_or_describes_the_scene() {
+        // How depth is read, what real surfaces are made of, which light is looked for: no choice of time against accuracy.
+        let described =
+            ["gap_contrast", "gap_relative", "gap_thickness", "reflectance_cap", "detector", "gloss", "gloss_roughness"];
         for setting in SETTINGS {
-            let geometry = setting.key.starts_with("gap_") || setting.key == "reflectance_cap";
-            assert!(geometry || KNOBS.iter().any(|k| k.name == setting.key), "{} is in no sweep", setting.key);
+            let known = described.contains(&setting.key) || KNOBS.iter().any(|k| k.name == setting.key);
+            assert!(known, "{} is in no sweep", setting.key);
         }
+    }
+
+    #[test]
+    fn preparations_are_settings() {
+        PREPARATIONS.iter().for_each(|p| assert!(default_choice().prepared(p).settings().is_ok(), "{p:?}"));
     }
 
     #[test]

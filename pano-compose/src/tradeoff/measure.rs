@@ -4,8 +4,7 @@ use super::knobs::{KNOBS, Knob, Scope};
 use super::{Choice, Row, TradeoffParams, Truth, suitable};
 use crate::exposure::{encoded, exposed, white_of};
 use crate::pipeline::{
-    Clock, Error, Inputs, Loader, RenderOptions, Rendered, Result, World, build_world, prepare_objects, render_in_world,
-    resolve_method,
+    Clock, Error, Frame, Inputs, Loader, RenderOptions, Rendered, Result, World, build_world, prepare_objects, resolve_method,
 };
 use glam::Vec3;
 use pano_core::{
@@ -28,6 +27,7 @@ pub(super) struct Bench<'a> {
     inputs: Inputs,
     objects: Objects,
     camera: Camera,
+    load_ms: f64,
     /// The world as it was built last.
     world: Option<Prepared>,
     judge: Option<Judge>,
@@ -43,8 +43,15 @@ struct Prepared {
 
 struct Judge {
     white: f32,
-    truth: Image<Vec3>,
+    /// Their mean is the truth; the same twice for a given one.
+    halves: [Image<Vec3>; 2],
     mask: Option<Mask>,
+}
+
+impl Judge {
+    fn truth(&self, x: usize, y: usize) -> Vec3 {
+        0.5 * (self.halves[0].get(x, y) + self.halves[1].get(x, y))
+    }
 }
 
 /// One picture and what it took.
@@ -59,19 +66,26 @@ pub(super) struct Shot {
 impl<'a> Bench<'a> {
     pub(super) fn new(scene: &'a Scene, params: &'a TradeoffParams, progress: &dyn Progress) -> Result<Self> {
         progress.begin("load", 1);
+        let begin = Instant::now();
         let inputs = Loader::default().load(scene, 0)?;
         let objects = prepare_objects(scene, &inputs, 0);
         if objects.is_empty() {
             return Err(Error::unsupported("the scene has no objects, so that nothing changes", "add an [[object]]"));
         }
+        let load_ms = begin.elapsed().as_secs_f64() * 1e3;
         let camera = scene.camera(inputs.photo.size());
         let methods = suitable(scene, &inputs);
         let resolved = resolve_method(scene, &inputs, &mut Vec::new())?;
-        Ok(Self { scene, params, inputs, objects, camera, world: None, judge: None, methods, resolved })
+        Ok(Self { scene, params, inputs, objects, camera, load_ms, world: None, judge: None, methods, resolved })
     }
 
     pub(super) fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// Milliseconds that reading took, which no [`Row`] counts.
+    pub(super) fn load_ms(&self) -> f64 {
+        self.load_ms
     }
 
     pub(super) fn methods(&self) -> Vec<Method> {
@@ -81,6 +95,11 @@ impl<'a> Bench<'a> {
     /// What the scene's own method stands for.
     pub(super) fn resolved(&self) -> Method {
         self.resolved
+    }
+
+    /// Whether there is a captured world to prepare.
+    pub(super) fn is_captured(&self) -> bool {
+        self.inputs.depth.is_some()
     }
 
     pub(super) fn bounces(&self) -> u32 {
@@ -97,7 +116,7 @@ impl<'a> Bench<'a> {
     pub(super) fn single_knobs(&self) -> impl Iterator<Item = &'static Knob> + use<> {
         let (captured, delta) = (self.inputs.depth.is_some(), self.resolved == Method::Dpt);
         KNOBS.iter().filter(move |knob| {
-            let combined = ["samples", "bounces", "denoise"].contains(&knob.name);
+            let combined = ["samples", "denoise"].contains(&knob.name);
             let applies = match knob.scope {
                 Scope::All => true,
                 Scope::Captured => captured,
@@ -109,9 +128,9 @@ impl<'a> Bench<'a> {
 
     /// Errors are taken against `truth` from now on, over the pixels in which it is not the photo.
     pub(super) fn judge_by(&mut self, truth: &Truth) {
-        let white = white_of(&truth.picture);
-        let encoded_truth = encoded(&exposed(&truth.picture, white));
-        self.judge = Some(Judge { white, truth: encoded_truth, mask: None });
+        let white = white_of(&truth.halves[0]);
+        let halves = truth.halves.each_ref().map(|half| encoded(&exposed(half, white)));
+        self.judge = Some(Judge { white, halves, mask: None });
     }
 
     /// Counts only pixels in which truth and `photo` differ, if there are any.
@@ -121,16 +140,26 @@ impl<'a> Bench<'a> {
         {
             let photo = encoded(&exposed(photo, judge.white));
             let (w, h) = photo.size();
-            let changed = |x, y| (photo.get(x, y) - judge.truth.get(x, y)).abs().max_element() > CHANGED;
+            let changed = |x, y| (photo.get(x, y) - judge.truth(x, y)).abs().max_element() > CHANGED;
             let mask = Mask::from_fn(w, h, changed);
             judge.mask = mask.data().contains(&true).then_some(mask);
         }
     }
 
-    /// Root mean square error of display-encoded values.
+    /// Root mean square error of display-encoded values. Against a truth of two independent halves A and B it is the root of
+    /// the mean of (p − A)·(p − B), in which their noise cancels: the error against what they converge to.
     pub(super) fn error_of(&self, picture: &RadianceImage) -> Result<f64> {
         let Some(judge) = &self.judge else { return Ok(f64::NAN) };
-        Ok(metrics::mse(&encoded(&exposed(picture, judge.white)), &judge.truth, judge.mask.as_ref())?.sqrt())
+        let (p, [a, b], mask) = (encoded(&exposed(picture, judge.white)), &judge.halves, judge.mask.as_ref());
+        let mse = |a: &Image<Vec3>, b: &Image<Vec3>| metrics::mse(a, b, mask);
+        Ok((0.5 * (mse(&p, a)? + mse(&p, b)? - mse(a, b)?)).max(0.0).sqrt())
+    }
+
+    /// Standard error of the mean of the truth's halves, in the same unit; `None` for a given truth.
+    pub(super) fn error_of_truth(&self) -> Result<Option<f64>> {
+        let Some(Judge { halves: [a, b], mask, .. }) = &self.judge else { return Ok(None) };
+        let squared = metrics::mse(a, b, mask.as_ref())?;
+        Ok((squared > 0.0).then(|| 0.5 * squared.sqrt()))
     }
 
     /// The picture as it is shown, and its error in false colours, white at a tenth of white or more.
@@ -142,7 +171,7 @@ impl<'a> Bench<'a> {
             Some(judge) => {
                 let codes = encoded(&shown);
                 Image::from_fn(codes.width(), codes.height(), |x, y| {
-                    heat((codes.get(x, y) - judge.truth.get(x, y)).length() / 3f32.sqrt() * 10.0)
+                    heat((codes.get(x, y) - judge.truth(x, y)).length() / 3f32.sqrt() * 10.0)
                 })
             }
         };
@@ -170,7 +199,8 @@ impl<'a> Bench<'a> {
         scene.render.samples = choice.samples;
         scene.render.bounces = choice.bounces;
         let options = RenderOptions { denoise: choice.denoise, seed, settings, ..RenderOptions::default() };
-        let rendered = render_in_world(&scene, &self.inputs, &self.objects, &prepared.world, &options, Clock::new(), progress)?;
+        let rendered =
+            Frame::new(&scene, &self.inputs, &self.objects, &prepared.world, &options).render(Clock::new(), progress)?;
         let world_ms = prepared.ms;
         self.world = Some(prepared);
         self.mask_by(&rendered.photo);
@@ -194,7 +224,8 @@ impl<'a> Bench<'a> {
         let mut shots: Vec<Shot> = Vec::new();
         for repeat in 0..self.params.repeats.max(1) {
             let (rendered, world_ms) = self.render(choice, self.params.seed.wrapping_add(repeat), &Quiet(progress))?;
-            let of = |name: &str| rendered.stats.stages.iter().filter(|s| s.name == name).map(|s| s.ms).sum::<f64>();
+            let of =
+                |name: &str| rendered.stats.stages.iter().filter(|s| s.name == name).map(|s| s.ms).fold(0.0, |sum, ms| sum + ms);
             let (trace_ms, denoise_ms, ms) = (of("trace"), of("denoise"), rendered.stats.total_ms + world_ms);
             shots.push(Shot { picture: rendered.composite.color, ms, world_ms, trace_ms, denoise_ms });
         }

@@ -10,6 +10,7 @@
 //! change. **Time** is the median of repeats, from the prepared scene to the composite; where a panorama has depth it includes
 //! preparing the captured world. What was measured is written at once, and a second run goes on where the first stopped.
 
+mod budget;
 mod charts;
 mod front;
 mod knobs;
@@ -18,8 +19,10 @@ mod page;
 mod record;
 mod truth;
 
+pub use budget::{Chosen, Goal, choose};
 pub use front::{BUDGETS_MS, affordable, front};
-pub use knobs::{Choice, KNOBS, Knob, Scope};
+use knobs::COMBINED_BOUNCES;
+pub use knobs::{Choice, KNOBS, Knob, PREPARATIONS, Scope};
 pub use record::Row;
 pub use truth::Truth;
 
@@ -37,7 +40,7 @@ use record::Record;
 pub struct TradeoffParams {
     /// Repeats of each measurement, with seeds of their own, ≥ 1; the median time and the mean error count.
     pub repeats: u32,
-    /// Samples are not raised further once a picture takes this many milliseconds.
+    /// Samples are not raised further once a picture takes this many milliseconds, preparing the world left out.
     pub longest_ms: f64,
     /// Samples a pixel of the converged run, ≥ 2, where no truth is given.
     pub truth_samples: u32,
@@ -89,25 +92,19 @@ pub fn run(
     let mut record = Record::open(folder, scene_text, params)?;
     let truth = truth::find(&mut bench, params, folder, progress)?;
     bench.judge_by(&truth);
-    let methods: Vec<Method> = bench.methods();
-    progress.begin("sweep", (methods.len() * combinations_at_most() + single_values(&bench)) as u64);
+    let combinations = combinations(&bench);
+    let total = combinations.len() * samples().values.len() + bench.single_knobs().map(|k| k.values.len()).sum::<usize>();
+    progress.begin("sweep", total as u64);
     bench.warm_up(progress)?;
-
-    let (samples, bounces, denoise) = (knob("samples"), knob("bounces"), knob("denoise"));
-    for &method in &methods {
-        for filtered in denoise.values {
-            for scattered in bounces.values {
-                // Once a picture takes too long, more samples take longer.
-                let mut over = false;
-                for count in samples.values {
-                    if !over {
-                        let choice = bench.default_choice(method).with(denoise, filtered)?.with(bounces, scattered)?;
-                        let row = record.or_measure(COMBINATION, &choice.with(samples, count)?, &mut bench, progress)?;
-                        over = row.ms > params.longest_ms;
-                    }
-                    progress.advance(1);
-                }
+    for choice in combinations {
+        // Once a picture takes too long, more samples take longer.
+        let mut over = false;
+        for count in samples().values {
+            if !over {
+                let row = record.or_measure(COMBINATION, &choice.with(samples(), count)?, &mut bench, progress)?;
+                over = row.ms - row.world_ms > params.longest_ms;
             }
+            progress.advance(1);
         }
     }
     let base = bench.default_choice(bench.resolved());
@@ -121,17 +118,26 @@ pub fn run(
     Ok(Tradeoff { rows: record.into_rows(), truth, files })
 }
 
-/// The knob of that name.
-fn knob(name: &str) -> &'static Knob {
-    KNOBS.iter().find(|k| k.name == name).unwrap_or(&KNOBS[0])
+/// The knob that every combination is swept along.
+fn samples() -> &'static Knob {
+    KNOBS.iter().find(|k| k.name == "samples").unwrap_or(&KNOBS[0])
 }
 
-fn combinations_at_most() -> usize {
-    ["samples", "bounces", "denoise"].map(|name| knob(name).values.len()).iter().product()
-}
-
-fn single_values(bench: &Bench<'_>) -> usize {
-    bench.single_knobs().map(|k| k.values.len()).sum()
+/// What is combined with every number of samples: methods, bounces, filter; and cheaper preparations of the scene's own
+/// method. Ordered so that the world is prepared anew as seldom as possible.
+fn combinations(bench: &Bench<'_>) -> Vec<Choice> {
+    let mut all = Vec::new();
+    for (i, turned) in PREPARATIONS.iter().enumerate() {
+        for method in bench.methods() {
+            if i > 0 && !(bench.is_captured() && method == bench.resolved()) {
+                continue;
+            }
+            for (bounces, denoise) in COMBINED_BOUNCES.into_iter().flat_map(|b| [(b, false), (b, true)]) {
+                all.push(Choice { bounces, denoise, ..bench.default_choice(method).prepared(turned) });
+            }
+        }
+    }
+    all
 }
 
 /// The methods that can render this scene, in the order of [`Method::ALL`].

@@ -2,7 +2,7 @@
 
 use super::measure::Bench;
 use super::record::Record;
-use super::{BUDGETS_MS, COMBINATION, Choice, KNOBS, Row, Truth, affordable, charts, front};
+use super::{BUDGETS_MS, COMBINATION, Choice, KNOBS, PREPARATIONS, Row, Truth, affordable, charts, front};
 use crate::pipeline::{Folder, Result, write_text};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use pano_core::{image::RadianceImage, io, progress::Progress};
@@ -33,22 +33,18 @@ pub(super) fn write(
             let _ = write!(curves, "<figure>{svg}<figcaption>{}: {}</figcaption></figure>", knob.name, escape(knob.error));
         }
     }
-    let mut pictures = String::new();
-    let mut picture = |label: &str, image: &RadianceImage, name: String| -> Result<()> {
+    let mut embed = |image: &RadianceImage, name: String| -> Result<String> {
         let path = folder.path().join(&name);
         io::write_image(&path, image, None)?;
         let bytes = std::fs::read(&path).map_err(|e| {
             pano_core::Error::file(&path, format!("cannot be read back: {e}"), "check that nothing else writes into the folder")
         })?;
-        let data = STANDARD.encode(bytes);
-        let _ = write!(
-            pictures,
-            "<figure><img src=\"data:image/png;base64,{data}\" alt=\"{name}\"><figcaption>{label}</figcaption></figure>"
-        );
+        let tag = format!("<img src=\"data:image/png;base64,{}\" alt=\"{name}\">", STANDARD.encode(bytes));
         names.push(name);
-        Ok(())
+        Ok(tag)
     };
-    picture("truth", &bench.shown(&truth.picture).0, "truth.png".into())?;
+    let truth_picture = embed(&bench.shown(&truth.picture()).0, "truth.png".into())?;
+    let mut pictures = format!("<figure>{truth_picture}<figcaption>truth</figcaption></figure>");
     let mut shown: Vec<&str> = vec![];
     for row in BUDGETS_MS.iter().filter_map(|&ms| affordable(&front, ms)) {
         if shown.contains(&row.arguments.as_str()) {
@@ -58,10 +54,13 @@ pub(super) fn write(
         let Some(choice) = choice_of(bench, row) else { continue };
         let rendered = bench.picture(&choice, 0, progress)?;
         let (plain, map) = bench.shown(&rendered.composite.color);
-        let label = format!("{}<br>{:.0} ms, error {:.4}", escape(&row.arguments), row.ms, row.error);
         let stem = format!("choice-{}", shown.len());
-        picture(&label, &plain, format!("{stem}.png"))?;
-        picture("its error; white: a tenth of white or more", &map, format!("{stem}-error.png"))?;
+        let (plain, map) = (embed(&plain, format!("{stem}.png"))?, embed(&map, format!("{stem}-error.png"))?);
+        let label = format!("{}<br>{:.0} ms, error {:.4}", escape(&row.arguments), row.ms, row.error);
+        let _ = write!(
+            pictures,
+            "<figure>{plain}{map}<figcaption>{label}; right: its error, white from a tenth on</figcaption></figure>"
+        );
     }
     let page = PAGE
         .replace("{origin}", &origin(truth))
@@ -84,7 +83,9 @@ fn origin(truth: &Truth) -> String {
 /// The choice of a row in combinations.
 fn choice_of(bench: &Bench<'_>, row: &Row) -> Option<Choice> {
     let method = bench.methods().into_iter().find(|m| m.name() == row.method)?;
-    Some(Choice { samples: row.samples, bounces: row.bounces, denoise: row.denoise, ..bench.default_choice(method) })
+    let choice = Choice { samples: row.samples, bounces: row.bounces, denoise: row.denoise, ..bench.default_choice(method) };
+    // The preparation is only told by the arguments.
+    PREPARATIONS.iter().map(|p| choice.prepared(p)).find(|choice| choice.arguments() == row.arguments)
 }
 
 /// What to choose for each budget.
@@ -137,8 +138,8 @@ const PAGE: &str = "<!doctype html>
 <style>
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
 table { border-collapse: collapse; margin: 1em 0 } td, th { padding: .25em .8em; border-bottom: 1px solid #ddd; text-align: left }
-figure { display: inline-block; margin: .5em; vertical-align: top } figure img { max-width: 420px; display: block }
-figcaption { max-width: 420px; font-size: 13px; color: #555 } svg { max-width: 100%; height: auto }
+figure { display: inline-block; margin: .5em; vertical-align: top } figure img { max-width: 400px; margin-right: 4px }
+figcaption { max-width: 810px; font-size: 13px; color: #555 } svg { max-width: 100%; height: auto }
 </style>
 <h1>What accuracy costs</h1>
 <p>Error: root mean square difference to the truth, display-encoded, over the pixels the objects change. Time: median, from the

@@ -113,9 +113,8 @@ impl Record {
             Some(row) => row,
             None => bench.measure(choice, progress)?,
         };
-        let knob = super::KNOBS.iter().find(|k| k.name == series);
-        let value = knob.and_then(|k| Some(choice.settings.iter().find(|(key, _)| *key == k.name)?.1).or(Some(k.default)));
-        self.rows.push(Row { series: series.into(), value: value.unwrap_or_default().into(), ..row });
+        let value = super::KNOBS.iter().find(|k| k.name == series).map(|k| choice.value_of(k));
+        self.rows.push(Row { series: series.into(), value: value.unwrap_or_default(), ..row });
         self.write()?;
         Ok(self.rows[self.rows.len() - 1].clone())
     }

@@ -97,8 +97,27 @@ fn a_given_truth_must_fit_and_is_believed() {
     let mut bench = Bench::new(&scene, &wrong, &Silent).unwrap();
     let choice = bench.default_choice(Method::Dpt);
     let picture = bench.picture(&choice, 0, &Silent).unwrap().composite.color;
-    bench.judge_by(&Truth { picture: picture.clone(), error: None, origin: "itself".into() });
-    assert_eq!(bench.error_of(&picture).unwrap(), 0.0);
+    bench.judge_by(&Truth { halves: [picture.clone(), picture.clone()], error: None, origin: "itself".into() });
+    assert_eq!((bench.error_of(&picture).unwrap(), bench.error_of_truth().unwrap()), (0.0, None));
+}
+
+#[test]
+fn the_noise_of_the_truth_is_no_error() {
+    let temp = tempfile::tempdir().unwrap();
+    let (scene, _) = scene(temp.path(), "");
+    let params = small();
+    let mut bench = Bench::new(&scene, &params, &Silent).unwrap();
+    // A truth of 0.25 with noise that the encoding does not clip, and a picture that is 0.25 everywhere.
+    let noisy = |seed: u32| {
+        RadianceImage::from_fn(24, 16, |x, y| {
+            let bits = pano_core::random::Sampler::new(glam::UVec2::new(x as u32, y as u32), seed, Default::default()).next_1d();
+            glam::Vec3::splat(if (x, y) == (0, 0) { 1.0 } else { 0.25 + 0.1 * (bits - 0.5) })
+        })
+    };
+    bench.judge_by(&Truth { halves: [noisy(1), noisy(2)], error: None, origin: String::new() });
+    let flat = RadianceImage::from_fn(24, 16, |x, y| glam::Vec3::splat(if (x, y) == (0, 0) { 1.0 } else { 0.25 }));
+    let (own, error) = (bench.error_of_truth().unwrap().unwrap(), bench.error_of(&flat).unwrap());
+    assert!(own > 0.01 && error < 0.6 * own, "truth {own}, picture {error}");
 }
 
 #[test]
@@ -110,3 +129,21 @@ fn a_scene_without_objects_is_refused() {
     let error = run(&scene, &text, &small(), &folder, &Silent).unwrap_err();
     assert!(error.to_string().contains("no objects"), "{error}");
 }
+
+#[test]
+fn goals_choose_more_for_more() {
+    let temp = tempfile::tempdir().unwrap();
+    let (scene, _) = scene(temp.path(), "");
+    let chosen = |goal: Goal| choose(&scene, goal, false, &Silent).unwrap();
+    // Times of milliseconds are too rough to compare; a second and ten are not.
+    let (short, long) = (chosen(Goal::Time(1_000.0)), chosen(Goal::Time(10_000.0)));
+    assert!(long.choice.samples > short.choice.samples && short.choice.samples > MORE_THAN_NOTHING, "{short:?} {long:?}");
+    let (rough, fine) = (chosen(Goal::Error(0.05)), chosen(Goal::Error(0.005)));
+    assert!(fine.choice.samples > rough.choice.samples, "{rough:?} {fine:?}");
+    let impossible = chosen(Goal::Time(1e-3));
+    assert!(impossible.caveat.is_some() && impossible.choice.samples == 1, "{impossible:?}");
+    assert!(choose(&scene, Goal::Time(f64::NAN), true, &Silent).is_err());
+}
+
+/// A second is enough for this many samples of 384 pixels.
+const MORE_THAN_NOTHING: u32 = 8;

@@ -3,7 +3,6 @@
 use super::measure::Bench;
 use super::{Choice, TradeoffParams};
 use crate::pipeline::{Error, Folder, Result};
-use glam::Vec3;
 use pano_core::{
     image::{Image, RadianceImage},
     io,
@@ -14,10 +13,10 @@ use pano_core::{
 /// The picture errors are measured against.
 #[derive(Clone, Debug)]
 pub struct Truth {
-    /// Linear radiance.
-    pub picture: RadianceImage,
-    /// Error of the truth itself, in the unit of [`super::Row::error`]: for a converged run half the difference of its two
-    /// halves, which are independent; `None` for a given truth.
+    /// Two independent pictures, linear radiance, whose mean is the truth; twice the same for a given one.
+    pub halves: [RadianceImage; 2],
+    /// Standard error of the truth itself, in the unit of [`super::Row::error`]: half the difference of its two halves; `None`
+    /// for a given truth.
     pub error: Option<f64>,
     /// Where it came from.
     pub origin: String,
@@ -37,7 +36,7 @@ pub(super) fn find(bench: &mut Bench<'_>, params: &TradeoffParams, folder: &Fold
             let problem = format!("the truth is {tw}×{th} and the scene's view {w}×{h}");
             return Err(Error::unsupported(problem, "give a truth of the view's size"));
         }
-        return Ok(Truth { picture: picture.clone(), error: None, origin: "given".into() });
+        return Ok(Truth { halves: [picture.clone(), picture.clone()], error: None, origin: "given".into() });
     }
     let method = if bench.methods().contains(&Method::Dpt) { Method::Dpt } else { bench.resolved() };
     let samples = params.truth_samples.div_ceil(2);
@@ -58,13 +57,19 @@ pub(super) fn find(bench: &mut Bench<'_>, params: &TradeoffParams, folder: &Fold
         }
         halves.push(picture);
     }
-    let [a, b] = [&halves[0], &halves[1]];
-    let picture: Image<Vec3> = Image::from_fn(size.0, size.1, |x, y| 0.5 * (a.get(x, y) + b.get(x, y)));
     let origin = format!("{} with {} samples a pixel and {bounces} bounces, unfiltered", method.name(), 2 * samples);
-    let mut truth = Truth { picture, error: None, origin };
+    let mut halves = halves.into_iter();
+    let (Some(a), Some(b)) = (halves.next(), halves.next()) else { unreachable!("one picture a seed") };
+    let mut truth = Truth { halves: [a, b], error: None, origin };
     bench.judge_by(&truth);
-    let (a, b) = (bench.error_of(a)?, bench.error_of(b)?);
-    // Each half is as far from the mean, half their difference: the standard error of the mean.
-    truth.error = Some(0.5 * (a + b));
+    truth.error = bench.error_of_truth()?;
     Ok(truth)
+}
+
+impl Truth {
+    /// Linear radiance.
+    pub fn picture(&self) -> RadianceImage {
+        let [a, b] = &self.halves;
+        Image::from_fn(a.width(), a.height(), |x, y| 0.5 * (a.get(x, y) + b.get(x, y)))
+    }
 }

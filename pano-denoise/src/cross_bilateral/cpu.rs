@@ -3,8 +3,9 @@
 //! Sums and weights are `f64`, so that no finite input overflows.
 
 use super::{Energy, Guides, Params};
+use crate::surfaces::{Place, Surfaces};
+use crate::{to_f32, to_vec3};
 use glam::{DVec3, Vec3};
-use pano_core::color::luminance;
 use pano_core::image::Image;
 use rayon::prelude::*;
 
@@ -13,19 +14,8 @@ const RADIUS: isize = 2;
 /// Raw values may differ by this many standard deviations of the noise before the tap counts less. Chosen empirically: at
 /// 6 a step of six standard deviations loses a fifth of its contrast, at 3 one lit pixel in ten is hardly spread.
 const OUTLIER: f64 = 4.0;
-/// Smallest depth told apart, in the scene's unit: keeps inverse depths and their differences finite in `f32`.
-const MIN_DEPTH: f32 = 1e-30;
-/// From here on depth means that nothing is there.
-const MAX_DEPTH: f32 = 1e9;
 /// The eight neighbours; the second half is opposite to the first, in the same order.
 const NEIGHBOURS: [(isize, isize); 8] = [(1, 0), (0, 1), (1, 1), (1, -1), (-1, 0), (0, -1), (-1, -1), (-1, 1)];
-
-/// A tap's place: index, and whether a pole was stepped over on the way (its columns then run backwards).
-#[derive(Clone, Copy)]
-struct Place {
-    index: usize,
-    over_pole: bool,
-}
 
 /// What is known of one pixel before its average is taken.
 #[derive(Clone, Copy, Default)]
@@ -37,14 +27,6 @@ struct Local {
     residual: [f32; 4],
 }
 
-/// Inverse depth and its change per pixel to the right and down.
-#[derive(Clone, Copy, Default)]
-struct Slope {
-    inverse: f32,
-    right: f32,
-    down: f32,
-}
-
 /// Everything the passes read.
 struct Frame<'a> {
     params: &'a Params,
@@ -52,9 +34,8 @@ struct Frame<'a> {
     source: &'a [Vec3],
     /// Share of the pixel, 0 where it is no tap.
     share: Vec<f32>,
-    slope: Vec<Slope>,
+    surfaces: Surfaces<'a>,
     width: usize,
-    height: usize,
 }
 
 /// See [`super::filter_layer`]; sizes and sigmas are checked there.
@@ -62,8 +43,8 @@ pub(super) fn filter_layer(params: &Params, guides: &Guides<'_>, share: &Image<f
     let (width, height) = layer.size();
     let source = layer.clone();
     let share = share.data().iter().zip(source.data()).map(|(&s, v)| if s > 0.0 && v.is_finite() { s.min(1.0) } else { 0.0 });
-    let mut frame = Frame { params, guides, source: source.data(), share: share.collect(), slope: vec![], width, height };
-    frame.slope = frame.slopes();
+    let surfaces = Surfaces::new(guides.depth, guides.normal, params.wrap);
+    let frame = Frame { params, guides, source: source.data(), share: share.collect(), surfaces, width };
 
     let mut local = vec![Local::default(); width * height];
     local.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
@@ -89,32 +70,14 @@ pub(super) fn filter_layer(params: &Params, guides: &Guides<'_>, share: &Image<f
             }
         }
     });
-    let sum = |image: &Image<Vec3>, f: fn(f64) -> f64| {
-        image.data().iter().filter(|v| v.is_finite()).map(|&v| f(f64::from(luminance(v)))).sum()
-    };
-    Energy { before: sum(&source, |v| v), after: sum(layer, |v| v), magnitude: sum(&source, f64::abs) }
+    Energy::between(&source, layer)
 }
 
 impl Frame<'_> {
-    /// The pixel `(dx, dy)` away from `(x, y)`; `None` outside a picture that does not wrap.
+    /// See [`Surfaces::place`].
     #[inline]
     fn place(&self, x: usize, y: usize, dx: isize, dy: isize) -> Option<Place> {
-        let (w, h) = (self.width as isize, self.height as isize);
-        let (x, y) = (x as isize + dx, y as isize + dy);
-        if (0..w).contains(&x) && (0..h).contains(&y) {
-            return Some(Place { index: (y * w + x) as usize, over_pole: false });
-        }
-        if !self.params.wrap {
-            return None;
-        }
-        let over_pole = !(0..h).contains(&y);
-        let (x, y) = match (over_pole, y < 0) {
-            (false, _) => (x, y),
-            (true, true) => (x + w / 2, -1 - y),
-            (true, false) => (x + w / 2, 2 * h - 1 - y),
-        };
-        // In a picture lower than the window a tap may pass both poles: the clamp keeps it inside.
-        Some(Place { index: (y.clamp(0, h - 1) * w + x.rem_euclid(w)) as usize, over_pole })
+        self.surfaces.place(x, y, dx, dy)
     }
 
     /// Whether the pixel belongs to the layer and anything within `radius` is not black.
@@ -129,57 +92,13 @@ impl Frame<'_> {
                 }))
     }
 
-    /// Inverse depth everywhere with its smaller one-sided difference: at a silhouette that is the one on the surface.
-    fn slopes(&self) -> Vec<Slope> {
-        let inverse = |d: f32| if d > 0.0 && d < MAX_DEPTH { 1.0 / d.max(MIN_DEPTH) } else { 0.0 };
-        let depth = self.guides.depth.data();
-        let mut slopes = vec![Slope::default(); depth.len()];
-        slopes.par_chunks_mut(self.width).enumerate().for_each(|(y, row)| {
-            for (x, slope) in row.iter_mut().enumerate() {
-                let here = inverse(depth[y * self.width + x]);
-                let step = |dx, dy| self.place(x, y, dx, dy).map(|q| inverse(depth[q.index]) - here);
-                let smaller = |ahead: Option<f32>, behind: Option<f32>| match (ahead, behind.map(|b| -b)) {
-                    (Some(a), Some(b)) => {
-                        if a.abs() <= b.abs() {
-                            a
-                        } else {
-                            b
-                        }
-                    }
-                    (a, b) => a.or(b).unwrap_or(0.0),
-                };
-                *slope = Slope { inverse: here, right: smaller(step(1, 0), step(-1, 0)), down: smaller(step(0, 1), step(0, -1)) };
-            }
-        });
-        slopes
-    }
-
     /// −ln of the weight that the guides give the tap `q`, `(dx, dy)` away from `p`; infinite if it is not of the layer.
     #[inline]
     fn guide_exponent(&self, p: usize, q: Place, dx: isize, dy: isize) -> f64 {
         if self.share[q.index] == 0.0 {
             return f64::INFINITY;
         }
-        let (a, b) = (self.slope[p], self.slope[q.index]);
-        let nearer = a.inverse.max(b.inverse);
-        let mut exponent = 0.0;
-        if nearer > 0.0 {
-            let (dx, dy) = (dx as f64, dy as f64);
-            let forward = f64::from(a.inverse) + f64::from(a.right) * dx + f64::from(a.down) * dy - f64::from(b.inverse);
-            // Seen from the tap, the pixel lies the other way; beyond a pole rows run backwards, so that "up" stays "up".
-            let back_dy = if q.over_pole { dy } else { -dy };
-            let backward = f64::from(b.inverse) - f64::from(b.right) * dx + f64::from(b.down) * back_dy - f64::from(a.inverse);
-            let residual = forward.abs().max(backward.abs()) / f64::from(nearer);
-            exponent += 0.5 * (residual / f64::from(self.params.sigma_depth)).powi(2);
-        }
-        let (n, m) = (self.guides.normal.data()[p].as_dvec3(), self.guides.normal.data()[q.index].as_dvec3());
-        let lengths = n.length() * m.length();
-        if lengths > 0.0 {
-            // 1 − cos φ ≈ φ²/2.
-            exponent += (1.0 - n.dot(m) / lengths).max(0.0) / f64::from(self.params.sigma_normal).powi(2);
-        } else if n != m && self.params.sigma_normal.is_finite() {
-            return f64::INFINITY;
-        }
+        let exponent = self.surfaces.exponent(p, q, dx, dy, self.params.sigma_depth, self.params.sigma_normal);
         let albedo = self.guides.albedo.data()[p].as_dvec3() - self.guides.albedo.data()[q.index].as_dvec3();
         exponent + 0.5 * albedo.length_squared() / f64::from(self.params.sigma_albedo).powi(2)
     }
@@ -263,16 +182,4 @@ impl Frame<'_> {
 #[inline]
 fn ratio(a: f64, b: f64) -> f64 {
     if a == 0.0 { 0.0 } else { a / b }
-}
-
-/// To `f32`, at most its largest value: dividing by a tiny share may exceed it.
-#[inline]
-fn to_f32(v: f64) -> f32 {
-    v.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
-}
-
-/// [`to_f32`] of each channel.
-#[inline]
-fn to_vec3(v: DVec3) -> Vec3 {
-    Vec3::new(to_f32(v.x), to_f32(v.y), to_f32(v.z))
 }

@@ -20,6 +20,8 @@
 
 mod cpu;
 
+pub use crate::Energy;
+
 use glam::Vec3;
 use pano_core::image::Image;
 use pano_core::layers::TracedLayers;
@@ -72,24 +74,6 @@ pub struct Guides<'a> {
     pub albedo: &'a Image<Vec3>,
 }
 
-/// Luminance sums of one layer, over all pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Energy {
-    /// Signed sum before filtering.
-    pub before: f64,
-    /// Signed sum after filtering.
-    pub after: f64,
-    /// Sum of the absolute values before filtering.
-    pub magnitude: f64,
-}
-
-impl Energy {
-    /// Change of the sum as a fraction of the magnitude; 0 for a black layer.
-    pub fn relative_change(&self) -> f64 {
-        if self.magnitude > 0.0 { (self.after - self.before) / self.magnitude } else { 0.0 }
-    }
-}
-
 /// What the filter did to the two layers' sums.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
@@ -133,20 +117,16 @@ pub fn filter_layer(params: &Params, guides: &Guides<'_>, share: &Image<f32>, la
             return Err(Error::argument(format!("cross-bilateral filter: {name} is {sigma}; give a value above 0")));
         }
     }
-    let size = layer.size();
-    for (name, other) in [
-        ("depth", guides.depth.size()),
-        ("normal", guides.normal.size()),
-        ("albedo", guides.albedo.size()),
-        ("share", share.size()),
-    ] {
-        if other != size {
-            return Err(Error::argument(format!(
-                "cross-bilateral filter: {name} has {}×{} pixels, the layer {}×{}",
-                other.0, other.1, size.0, size.1
-            )));
-        }
-    }
+    crate::check_sizes(
+        "cross-bilateral filter",
+        layer.size(),
+        &[
+            ("depth", guides.depth.size()),
+            ("normal", guides.normal.size()),
+            ("albedo", guides.albedo.size()),
+            ("share", share.size()),
+        ],
+    )?;
     Ok(cpu::filter_layer(params, guides, share, layer))
 }
 

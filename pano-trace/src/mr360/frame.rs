@@ -57,7 +57,7 @@ impl<W: RealWorld> Shader<'_, W> {
     fn pixel(&self, frame: &Frame<'_>, at: UVec2) -> LitPixel {
         let corner = Vec2::new(at.x as f32, at.y as f32);
         let (mut pixel, _) = self.tracer.guides(frame, corner + 0.5);
-        let scene = if self.tracer.may_see_objects(frame, corner) { Scene::Mixed } else { Scene::Real };
+        let scene = if self.tracer.may_see_objects(frame.camera, corner) { Scene::Mixed } else { Scene::Real };
         let photo = self.params.photo.get(at.x as usize, at.y as usize);
         let (mut object, mut delta, mut covered) = (Vec3::ZERO, Vec3::ZERO, 0u32);
         let (mut reached, mut rays, mut discarded) = ([0u32; MAX_LIGHTS], 0, 0);

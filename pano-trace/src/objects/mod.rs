@@ -187,6 +187,14 @@ impl Objects {
         self.emitters.pdf(ray, hit)
     }
 
+    /// Where the point of object `instance` that is at `position` now was among the `earlier` objects; `None` if there was no
+    /// such object of the same mesh.
+    pub fn was_at(&self, instance: u32, position: Vec3, earlier: &Self) -> Option<Vec3> {
+        let (now, then) = (self.placed.get(instance as usize)?, earlier.placed.get(instance as usize)?);
+        let on_mesh = now.world_from_mesh.inverse().transform_point3(position);
+        Arc::ptr_eq(&now.mesh, &then.mesh).then(|| then.world_from_mesh.transform_point3(on_mesh))
+    }
+
     /// Everything about the surface at a hit.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &InstanceHit) -> Surface<'_> {

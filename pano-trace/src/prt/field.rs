@@ -15,15 +15,17 @@ pub struct FieldOptions {
     pub gap_contrast: f32,
     /// …and this relative change of depth (0.01: what sensors resolve). Higher closes more gaps.
     pub gap_relative: f32,
-    /// How deep a side is assumed to join a front layer to the one behind it at a gap, as a share of the front layer's
-    /// distance; 0: a ray passes between any two layers. Things have sides that the panorama has not seen, and behind them
-    /// it is darker than what lies far behind; but a deep side walls up what is open below a table.
-    pub gap_thickness: f32,
+    /// Whether a front layer has a back face at its gaps (BASSRT), or a ray passes between any two layers. Things have sides
+    /// that the panorama has not seen.
+    pub back_faces: bool,
+    /// Cells of any level that a ray looks at before it gives up. A ray on a smooth field takes some tens; the longest
+    /// possible way has about 12 × the resolution.
+    pub max_steps: u32,
 }
 
 impl Default for FieldOptions {
     fn default() -> Self {
-        Self { resolution: 0, gap_contrast: 3.0, gap_relative: 0.01, gap_thickness: 0.5 }
+        Self { resolution: 0, gap_contrast: 3.0, gap_relative: 0.01, back_faces: true, max_steps: 65_536 }
     }
 }
 
@@ -54,8 +56,12 @@ pub(super) struct Face {
 pub struct DepthField {
     pub(super) n: usize,
     pub(super) faces: Vec<Face>,
-    pub(super) thickness: f32,
+    pub(super) back_faces: bool,
+    pub(super) max_steps: u32,
 }
+
+/// Relative change of depth from which on a step up and the step down next to it are a thing one sample wide, not noise.
+const SPIKE: f32 = 0.05;
 
 /// Axes of the six faces: forward, right (image x) and down (image y).
 pub(super) const AXES: [[Vec3; 3]; 6] = [
@@ -91,7 +97,7 @@ impl DepthField {
         };
         let samples: Vec<Vec<f32>> = (0..6).map(|face| sample_face(depth, face, n)).collect();
         let faces = samples.into_iter().map(|inverse| Face::new(inverse, n, options)).collect();
-        Self { n, faces, thickness: options.gap_thickness }
+        Self { n, faces, back_faces: options.back_faces, max_steps: options.max_steps }
     }
 
     /// Whether direction `d` points into a cell at a gap or next to one.
@@ -148,16 +154,13 @@ impl Face {
             if step <= options.gap_relative * a.max(b) {
                 return false;
             }
-            let before = if k > 0 { (a - line(k - 1)).abs() } else { 0.0 };
-            let after = if k + 2 <= n { (line(k + 2) - b).abs() } else { 0.0 };
+            // What is one sample wide has a step on either side, neither of which excuses the other.
+            let spike = step > SPIKE * a.max(b);
+            let size = |other: f32| if spike && other * (b - a) < 0.0 { 0.0 } else { other.abs() };
+            let before = (k > 0).then(|| size(a - line(k - 1)));
+            let after = (k + 2 <= n).then(|| size(line(k + 2) - b));
             // At the border of a face only one side is known.
-            let beside = if k == 0 {
-                after
-            } else if k + 2 > n {
-                before
-            } else {
-                before.max(after)
-            };
+            let beside = before.unwrap_or(0.0).max(after.unwrap_or(0.0));
             step > options.gap_contrast * beside
         };
         let gap_right: Vec<bool> = (0..(n + 1) * n).into_par_iter().map(|c| is_gap(&|i| at(i, c / n), c % n)).collect();
@@ -242,6 +245,24 @@ impl Face {
         let above = (j > 0 && !self.gap_below[k - (n + 1)]).then(|| self.inverse[k - (n + 1)]);
         let below = (j < n && !self.gap_below[k]).then(|| self.inverse[k + n + 1]);
         [value, slope(left, right), slope(above, below)]
+    }
+
+    /// The plane of [`Self::quarter`] as (a, b, c) with inverse depth = a·x + b·y + c for x, y in [−1, 1].
+    pub(super) fn quarter_plane(&self, n: usize, i: usize, j: usize) -> Vec3 {
+        let [value, slope_x, slope_y] = self.quarter(n, i, j);
+        let per_unit = 0.5 * n as f32;
+        let at = Vec2::new(i as f32, j as f32) / per_unit - 1.0;
+        let (dx, dy) = (slope_x * per_unit, slope_y * per_unit);
+        Vec3::new(dx, dy, value - dx * at.x - dy * at.y)
+    }
+
+    /// Whether two corners of one cell belong to different surfaces: along its edges every way from one to the other
+    /// crosses a gap.
+    pub(super) fn gap_between(&self, n: usize, a: (usize, usize), b: (usize, usize)) -> bool {
+        let (x, y) = (a.0.min(b.0), a.1.min(b.1));
+        let right = |j: usize| a.0 != b.0 && self.gap_right[j * n + x];
+        let below = |i: usize| a.1 != b.1 && self.gap_below[y * (n + 1) + i];
+        (right(a.1) || below(b.0)) && (below(a.0) || right(b.1))
     }
 
     /// Inverse planar depth at `at` in [−1, 1]², and the plane (a, b, c) with inverse = a·x + b·y + c through it.

@@ -1,5 +1,6 @@
 //! Hierarchical marching of a ray through the depth field.
 
+use super::back_face::Entry;
 use super::field::{AXES, DepthField, Face};
 use glam::{Vec2, Vec3};
 
@@ -14,15 +15,42 @@ pub struct FieldHit {
     pub back: bool,
     /// The surface was met at a gap, on the half cell of its last sample.
     pub at_gap: bool,
-    /// The ray met the hidden side between a front layer and the one behind it, which nothing has seen: the direction of the
-    /// front layer's last sample, whose colour is the best guess.
+    /// The ray met the back face that is assumed between a front layer and the one behind it: the direction of the point of
+    /// the front layer whose colour it borrows.
     pub hidden_side: Option<Vec3>,
+}
+
+/// What a ray met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Answer {
+    /// The captured surface.
+    Surface(FieldHit),
+    /// An assumed back face at a gap.
+    BackFace(FieldHit),
+    /// Nothing nearer than its end.
+    Left,
+    /// Nothing within the steps allowed ([`super::FieldOptions::max_steps`]).
+    OutOfSteps,
+}
+
+impl Answer {
+    /// The hit, on a surface or at a gap.
+    #[inline]
+    pub fn hit(self) -> Option<FieldHit> {
+        match self {
+            Self::Surface(hit) | Self::BackFace(hit) => Some(hit),
+            Self::Left | Self::OutOfSteps => None,
+        }
+    }
 }
 
 /// Points nearer to the capture point than this have no direction worth the name; metres.
 const NEAREST: f32 = 1e-4;
 /// How far into the next cell a step goes, in cells; some units in the last place of a coordinate up to 4096.
 const NUDGE: f32 = 1e-3;
+
+/// How many cells from a gap a layer's slope is read.
+const CLEAR: f32 = 3.0;
 
 /// A stretch of the ray in one face, in homogeneous coordinates: everything is linear in s ∈ [0, 1].
 struct Stretch {
@@ -39,10 +67,63 @@ struct Stretch {
     weighted_t_along: f32,
 }
 
+impl Stretch {
+    /// Inverse planar depth at `s`.
+    #[inline]
+    fn inverse_at(&self, s: f32) -> f32 {
+        self.inverse + self.inverse_along * s
+    }
+
+    /// t times the inverse depth at `s`.
+    #[inline]
+    fn weighted_t_at(&self, s: f32) -> f32 {
+        self.weighted_t + self.weighted_t_along * s
+    }
+}
+
+/// A ray on its way.
+struct Progress {
+    origin: Vec3,
+    direction: Vec3,
+    /// Where it ends.
+    t_max: f32,
+    back_faces: bool,
+    /// The nearest back face met so far.
+    back_face: Option<FieldHit>,
+    /// What the ray meets if it stays behind a front layer until then.
+    back_layer: Option<FieldHit>,
+    steps: u32,
+}
+
+impl Progress {
+    /// The nearest of the assumed faces, where they end the ray.
+    fn assumed(&self) -> Option<FieldHit> {
+        match (self.back_face, self.back_layer) {
+            (Some(a), Some(b)) => Some(if a.t <= b.t { a } else { b }),
+            (a, b) => a.or(b),
+        }
+        .filter(|hit| hit.t < self.t_max)
+    }
+
+    /// Where the ray ends as far as is known.
+    fn end(&self) -> f32 {
+        self.assumed().map_or(self.t_max, |hit| hit.t)
+    }
+}
+
 impl DepthField {
-    /// The first crossing of the captured surface by the ray from `origin` along unit `direction`, nearer than `t_max`.
-    /// Positions are relative to the capture point, in the panorama's frame.
-    pub fn march(&self, origin: Vec3, direction: Vec3, t_max: f32) -> Option<FieldHit> {
+    /// The first crossing of the captured surface, or of a back face assumed at one of its gaps, by the ray from `origin`
+    /// along unit `direction`, nearer than `t_max`. Positions are relative to the capture point, in the panorama's frame.
+    pub fn march(&self, origin: Vec3, direction: Vec3, t_max: f32) -> Answer {
+        self.march_with(origin, direction, t_max, self.back_faces)
+    }
+
+    /// The same without back faces.
+    pub(super) fn march_surfaces(&self, origin: Vec3, direction: Vec3, t_max: f32) -> Answer {
+        self.march_with(origin, direction, t_max, false)
+    }
+
+    fn march_with(&self, origin: Vec3, direction: Vec3, t_max: f32, back_faces: bool) -> Answer {
         let mut stretches: [Option<Stretch>; 6] = [const { None }; 6];
         let mut count = 0;
         for face in 0..6 {
@@ -56,7 +137,18 @@ impl DepthField {
                 count += 1;
             }
         }
-        stretches[..count].iter().flatten().find_map(|s| self.march_stretch(s, direction, t_max))
+        let mut ray = Progress { origin, direction, t_max, back_faces, back_face: None, back_layer: None, steps: self.max_steps };
+        for s in stretches[..count].iter().flatten() {
+            if s.t_begin < ray.end()
+                && let Some(hit) = self.march_stretch(s, &mut ray)
+            {
+                return Answer::Surface(hit);
+            }
+            if ray.steps == 0 {
+                return Answer::OutOfSteps;
+            }
+        }
+        ray.assumed().map_or(Answer::Left, Answer::BackFace)
     }
 
     /// The part of the ray that the face sees.
@@ -115,7 +207,8 @@ impl DepthField {
         })
     }
 
-    fn march_stretch(&self, ray: &Stretch, direction: Vec3, t_max: f32) -> Option<FieldHit> {
+    /// The first surface hit on the stretch. Back faces are noted in `progress` and end it.
+    fn march_stretch(&self, ray: &Stretch, progress: &mut Progress) -> Option<FieldHit> {
         let face = &self.faces[ray.face];
         let n = self.n;
         let top = face.pyramid.len() - 1;
@@ -123,7 +216,8 @@ impl DepthField {
         let length = ray.along.abs().max_element();
         let nudge = if length > 0.0 { (NUDGE / length).min(1.0) } else { 1.0 };
         let (mut s, mut level) = (0.0f32, top.min(3));
-        loop {
+        while progress.steps > 0 {
+            progress.steps -= 1;
             // The cell is that of a point a nudge farther on; the stretch looked at begins where the last one ended, or a
             // crossing between the two would be missed.
             let next = (s + nudge).min(1.0);
@@ -142,7 +236,7 @@ impl DepthField {
                 }
             };
             let s_exit = exit(ray.from.x, ray.along.x, cx).min(exit(ray.from.y, ray.along.y, cy)).clamp(next, 1.0);
-            let (w0, w1) = (ray.inverse + ray.inverse_along * s, ray.inverse + ray.inverse_along * s_exit);
+            let (w0, w1) = (ray.inverse_at(s), ray.inverse_at(s_exit));
             let (near, far) = (w0.max(w1), w0.min(w1));
             let range = face.pyramid[level][cy * n.div_ceil(1 << level) + cx];
             if near >= range.min && far <= range.max {
@@ -150,46 +244,151 @@ impl DepthField {
                     level -= 1;
                     continue;
                 }
-                if let Some(hit) = self.cross_cell(face, ray, (x, y), (s, s_exit), direction)
-                    && hit.t < t_max
+                if let Some(hit) = self.cross_cell(face, ray, (x, y), (s, s_exit), progress)
+                    && hit.t < progress.end()
                 {
                     return Some(hit);
                 }
             } else if level < top {
                 level += 1;
             }
-            if s_exit >= 1.0 {
+            if s_exit >= 1.0 || ray.weighted_t_at(s_exit) >= progress.end() * ray.inverse_at(s_exit) {
                 return None;
             }
             s = s_exit;
         }
+        None
     }
 
     /// The crossing inside one cell between `s.0` and `s.1`.
-    fn cross_cell(&self, face: &Face, ray: &Stretch, (x, y): (usize, usize), s: (f32, f32), direction: Vec3) -> Option<FieldHit> {
+    fn cross_cell(
+        &self,
+        face: &Face,
+        ray: &Stretch,
+        (x, y): (usize, usize),
+        s: (f32, f32),
+        progress: &mut Progress,
+    ) -> Option<FieldHit> {
         let n = self.n;
         let at_gap = face.gap[y * n + x];
-        let (root, side) = if at_gap {
-            cross_quarters(&|i, j| face.quarter(n, i, j), ray, (x, y), s, self.thickness)?
+        let root = if at_gap {
+            self.cross_quarters(face, ray, (x, y), s, progress)?
         } else {
-            (cross_bilinear(face.corners(n, x, y), ray, (x, y), s)?, None)
+            cross_bilinear(face.corners(n, x, y), ray, (x, y), s)?
         };
-        let w = ray.inverse + ray.inverse_along * root;
-        let t = (ray.weighted_t + ray.weighted_t_along * root) / w;
+        let t = ray.weighted_t_at(root) / ray.inverse_at(root);
         if t <= 0.0 || !t.is_finite() {
             return None;
         }
         let at = (ray.from + ray.along * root) * (2.0 / n as f32) - 1.0;
         let (_, plane) = face.patch(n, at);
         let [forward, right, down] = AXES[ray.face];
-        if let Some((i, j)) = side {
-            let sample = Vec2::new(i as f32, j as f32) * (2.0 / n as f32) - 1.0;
-            let front = (forward + right * sample.x + down * sample.y).normalize();
-            return Some(FieldHit { t, normal: -direction, back: false, at_gap, hidden_side: Some(front) });
-        }
         let toward = -(right * plane.x + down * plane.y + forward * plane.z).try_normalize()?;
-        let back = toward.dot(direction) > 0.0;
+        let back = toward.dot(progress.direction) > 0.0;
         Some(FieldHit { t, normal: if back { -toward } else { toward }, back, at_gap, hidden_side: None })
+    }
+
+    /// At a gap each corner keeps a quarter of the cell, in its own plane. Where the ray passes from one layer behind the
+    /// next, the back face there is looked for.
+    fn cross_quarters(
+        &self,
+        face: &Face,
+        ray: &Stretch,
+        (x, y): (usize, usize),
+        (s0, s1): (f32, f32),
+        progress: &mut Progress,
+    ) -> Option<f32> {
+        let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+        let cut = |from: f32, along: f32, at: f32| {
+            let s = (at - from) / along;
+            if s > s0 && s < s1 { s } else { s1 }
+        };
+        let (cx, cy) = (cut(ray.from.x, ray.along.x, middle.x), cut(ray.from.y, ray.along.y, middle.y));
+        let ends = [s0, cx.min(cy), cx.max(cy), s1];
+        // The last quarter: its corner and the surface's inverse depth where the ray left it.
+        let mut last: Option<((usize, usize), f32)> = None;
+        for e in ends.windows(2) {
+            let (e0, e1) = (e[0], e[1]);
+            if e1 <= e0 {
+                continue;
+            }
+            let p = ray.from + ray.along * (0.5 * (e0 + e1));
+            let corner = (x + usize::from(p.x >= middle.x), y + usize::from(p.y >= middle.y));
+            let [value, slope_x, slope_y] = face.quarter(self.n, corner.0, corner.1);
+            let surface = |s: f32| {
+                let off = ray.from + ray.along * s - Vec2::new(corner.0 as f32, corner.1 as f32);
+                (value + slope_x * off.x + slope_y * off.y).max(0.0)
+            };
+            let (w0, w1) = (ray.inverse_at(e0), ray.inverse_at(e1));
+            let (v0, v1) = (surface(e0), surface(e1));
+            if let Some((other, v)) = last {
+                if !face.gap_between(self.n, other, corner) {
+                    // The crack between two quarters of one surface.
+                    if (w0 > v) != (w0 > v0) {
+                        return Some(e0);
+                    }
+                } else if progress.back_faces && w0 < v.max(v0) {
+                    if w0 > v.min(v0) && v0 > v {
+                        // Infinity has no sides: between a frame and the sky light passes.
+                        if v > 0.0 {
+                            self.enter(face, ray, e0, (corner, other), progress);
+                        }
+                    } else if w0 > v0 {
+                        // In front of what is behind, back in sight.
+                        progress.back_layer = None;
+                    }
+                }
+            }
+            let (g0, g1) = (w0 - v0, w1 - v1);
+            if (g0 > 0.0) != (g1 > 0.0) {
+                return Some(e0 + (e1 - e0) * (g0 / (g0 - g1)).clamp(0.0, 1.0));
+            }
+            last = Some((corner, v1));
+        }
+        None
+    }
+
+    /// Notes what the ray will meet that passes at `s` behind the layer at `corner`, in front of the one at `other`.
+    fn enter(
+        &self,
+        face: &Face,
+        ray: &Stretch,
+        s: f32,
+        (corner, other): ((usize, usize), (usize, usize)),
+        progress: &mut Progress,
+    ) {
+        let [forward, right, down] = AXES[ray.face];
+        let on_cube = |p: Vec3| right * p.x + down * p.y + forward * p.z;
+        let to_face = |cells: Vec2| cells * (2.0 / self.n as f32) - 1.0;
+        let at = to_face(ray.from + ray.along * s).extend(1.0);
+        let front = face.quarter_plane(self.n, corner.0, corner.1);
+        let inverse = front.dot(at);
+        if inverse <= 0.0 {
+            return;
+        }
+        // Slopes right at a gap come from one neighbour, and that from the nearest texel: a few cells back they are better,
+        // if the layer is as wide there.
+        let step = ray.along / ray.along.abs().max_element().max(f32::MIN_POSITIVE);
+        let before = (ray.from + ray.along * s - step * CLEAR).clamp(Vec2::ZERO, Vec2::splat(self.n as f32));
+        let (cell_x, cell_y) = ((before.x as usize).min(self.n - 1), (before.y as usize).min(self.n - 1));
+        let (sample, back) = if face.gap[cell_y * self.n + cell_x] {
+            (Vec2::new(other.0 as f32, other.1 as f32), face.quarter_plane(self.n, other.0, other.1))
+        } else {
+            (before, face.patch(self.n, to_face(before)).1)
+        };
+        let entry = Entry {
+            edge: on_cube(at) / inverse,
+            back: on_cube(back),
+            back_sample: on_cube(to_face(sample).extend(1.0)).normalize(),
+            t: ray.weighted_t_at(s) / ray.inverse_at(s),
+        };
+        if let Some(hit) = self.back_face(progress.origin, progress.direction, &entry)
+            && hit.t > 0.0
+            && progress.back_face.is_none_or(|b| hit.t < b.t)
+        {
+            progress.back_face = Some(hit);
+        }
+        progress.back_layer = self.back_layer(progress.origin, progress.direction, &entry);
     }
 }
 
@@ -198,7 +397,7 @@ fn cross_bilinear([a, b, c, d]: [f32; 4], ray: &Stretch, (x, y): (usize, usize),
     let gap = |s: f32| {
         let f = ray.from + ray.along * s - Vec2::new(x as f32, y as f32);
         let (top, bottom) = (a + (b - a) * f.x, c + (d - c) * f.x);
-        ray.inverse + ray.inverse_along * s - (top + (bottom - top) * f.y)
+        ray.inverse_at(s) - (top + (bottom - top) * f.y)
     };
     let (g0, g1) = (gap(s0), gap(s1));
     if (g0 > 0.0) == (g1 > 0.0) || s1 <= s0 {
@@ -214,53 +413,4 @@ fn cross_bilinear([a, b, c, d]: [f32; 4], ray: &Stretch, (x, y): (usize, usize),
     let (lo, glo, hi, ghi) = if (gf > 0.0) == (glo > 0.0) { (first, gf, hi, ghi) } else { (lo, glo, first, gf) };
     let root = lo + (hi - lo) * (glo / (glo - ghi)).clamp(0.0, 1.0);
     Some(if root.is_finite() { root } else { lo })
-}
-
-/// At a gap each corner keeps a quarter of the cell, in its own plane. Where two quarters meet, a side joins the nearer one to
-/// what is behind it, as deep as `thickness` times the nearer distance; the sample of the nearer one comes with such a hit.
-fn cross_quarters(
-    quarter: &dyn Fn(usize, usize) -> [f32; 3],
-    ray: &Stretch,
-    (x, y): (usize, usize),
-    (s0, s1): (f32, f32),
-    thickness: f32,
-) -> Option<(f32, Option<(usize, usize)>)> {
-    let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-    let cut = |from: f32, along: f32, at: f32| {
-        let s = (at - from) / along;
-        if s > s0 && s < s1 { s } else { s1 }
-    };
-    let (cx, cy) = (cut(ray.from.x, ray.along.x, middle.x), cut(ray.from.y, ray.along.y, middle.y));
-    let ends = [s0, cx.min(cy), cx.max(cy), s1];
-    // The last quarter: its corner and the surface's inverse depth where the ray left it.
-    let mut last: Option<((usize, usize), f32)> = None;
-    for e in ends.windows(2) {
-        let (e0, e1) = (e[0], e[1]);
-        if e1 <= e0 {
-            continue;
-        }
-        let p = ray.from + ray.along * (0.5 * (e0 + e1));
-        let corner = (x + usize::from(p.x >= middle.x), y + usize::from(p.y >= middle.y));
-        let [value, slope_x, slope_y] = quarter(corner.0, corner.1);
-        let surface = |s: f32| {
-            let off = ray.from + ray.along * s - Vec2::new(corner.0 as f32, corner.1 as f32);
-            (value + slope_x * off.x + slope_y * off.y).max(0.0)
-        };
-        let inverse = |s: f32| ray.inverse + ray.inverse_along * s;
-        let (w0, w1) = (inverse(e0), inverse(e1));
-        let (v0, v1) = (surface(e0), surface(e1));
-        if let Some((other, v)) = last {
-            let (near, far) = (v.max(v0), v.min(v0));
-            // Infinity has no sides: between a frame and the sky light passes.
-            if far > 0.0 && w0 < near && w0 > far && near <= w0 * (1.0 + thickness) {
-                return Some((e0, Some(if v > v0 { other } else { corner })));
-            }
-        }
-        let (g0, g1) = (w0 - v0, w1 - v1);
-        if (g0 > 0.0) != (g1 > 0.0) {
-            return Some((e0 + (e1 - e0) * (g0 / (g0 - g1)).clamp(0.0, 1.0), None));
-        }
-        last = Some((corner, v1));
-    }
-    None
 }

@@ -8,13 +8,14 @@
 //! The surface is thin. Where neighbouring samples belong to different surfaces (a *gap*) nothing is stretched between
 //! them: each sample keeps its half of the cell at its own depth, and a ray may pass between.
 
+mod back_face;
 mod field;
 mod linear;
 mod march;
 
 pub use field::{DepthField, FieldOptions};
 pub use linear::march_linear;
-pub use march::FieldHit;
+pub use march::{Answer, FieldHit};
 
 #[cfg(test)]
 mod tests;

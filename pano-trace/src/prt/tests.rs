@@ -1,10 +1,10 @@
 use super::*;
-use glam::{Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use pano_core::image::Image;
 use pano_core::sphere;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
-use std::f32::consts::TAU;
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 const WIDTH: usize = 512;
 const LO: Vec3 = Vec3::new(-2.0, -1.5, -3.0);
@@ -16,16 +16,16 @@ fn field(distance: impl Fn(Vec3) -> f32) -> DepthField {
     sized(WIDTH, WIDTH / 2, distance)
 }
 
-/// Surfaces only, without the sides that are assumed at gaps.
+/// Surfaces only, without back faces.
 fn sized(w: usize, h: usize, distance: impl Fn(Vec3) -> f32) -> DepthField {
-    with_sides(w, h, 0.0, distance)
+    with_back_faces(w, h, false, distance)
 }
 
-fn with_sides(w: usize, h: usize, gap_thickness: f32, distance: impl Fn(Vec3) -> f32) -> DepthField {
+fn with_back_faces(w: usize, h: usize, back_faces: bool, distance: impl Fn(Vec3) -> f32) -> DepthField {
     let depth = Image::from_fn(w, h, |x, y| {
         distance(sphere::direction_from_uv(Vec2::new((x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32)))
     });
-    DepthField::new(&depth, &FieldOptions { gap_thickness, ..FieldOptions::default() })
+    DepthField::new(&depth, &FieldOptions { back_faces, ..FieldOptions::default() })
 }
 
 /// Where the line enters and leaves a box.
@@ -86,7 +86,7 @@ fn rays_in_a_box_room_meet_the_walls() {
     for _ in 0..20_000 {
         let (o, d) = (inside(&mut random, LO + 0.05, HI - 0.05), direction(&mut random));
         let (t, normal) = walls(o, d);
-        let hit = field.march(o, d, f32::INFINITY).unwrap_or_else(|| panic!("{o} {d} leaves a closed room"));
+        let hit = field.march(o, d, f32::INFINITY).hit().unwrap_or_else(|| panic!("{o} {d} leaves a closed room"));
         assert!((hit.normal.length() - 1.0).abs() < 1e-4 && !hit.back, "{o} {d} {hit:?}");
         // Off the wall, not along the ray, which may graze it. A texel is 12 mrad wide; equirectangular interpolation bends
         // a wall by less than 1/8 of that squared, and a corner is cut off by a texel (5 cm at 4 m).
@@ -96,7 +96,7 @@ fn rays_in_a_box_room_meet_the_walls() {
         } else {
             assert!(off < 1e-3 && straight > 0.9998, "{o} {d}: {hit:?}, expected {t} {normal}");
             // The segment before it is free.
-            assert_eq!(field.march(o, d, hit.t * 0.999), None, "{o} {d}: {hit:?}");
+            assert_eq!(field.march(o, d, hit.t * 0.999).hit(), None, "{o} {d}: {hit:?}");
         }
     }
 }
@@ -108,7 +108,7 @@ fn rays_in_a_sphere_room_meet_the_sphere() {
     for _ in 0..20_000 {
         let (o, d) = (center + direction(&mut random) * random.random_range(0.0..1.9f32), direction(&mut random));
         let (t, normal) = ball(center, radius, o, d);
-        let hit = field.march(o, d, f32::INFINITY).unwrap_or_else(|| panic!("{o} {d} leaves a closed room"));
+        let hit = field.march(o, d, f32::INFINITY).hit().unwrap_or_else(|| panic!("{o} {d} leaves a closed room"));
         let off = ((hit.t - t) * d.dot(normal)).abs();
         assert!(off < 5e-4 && hit.normal.dot(normal) > 0.9998 && !hit.back, "{o} {d}: {hit:?}, expected {t} {normal}");
     }
@@ -133,7 +133,7 @@ fn rays_along_special_lines() {
         ("across the seam", Vec3::new(-1.5, 0.2, 1.5), Vec3::X),
     ] {
         let (t, normal) = walls(o, d);
-        let hit = field.march(o, d, f32::INFINITY).unwrap_or_else(|| panic!("{what}: nothing met"));
+        let hit = field.march(o, d, f32::INFINITY).hit().unwrap_or_else(|| panic!("{what}: nothing met"));
         assert!((hit.t - t).abs() < 2e-3 && hit.normal.dot(normal) > 0.999, "{what}: {hit:?}, expected {t} {normal}");
     }
 }
@@ -143,9 +143,9 @@ fn grazing_rays_stay_on_their_side() {
     // 2 mm above the floor, and sinking by 1 mm per metre.
     let field = field(room);
     let o = Vec3::new(-1.5, LO.y + 2e-3, 0.3);
-    let along = field.march(o, Vec3::X, f32::INFINITY).unwrap();
+    let along = field.march(o, Vec3::X, f32::INFINITY).hit().unwrap();
     assert!((along.t - 4.0).abs() < 0.05, "{along:?}");
-    let sinking = field.march(o, Vec3::new(1.0, -1e-3, 0.0).normalize(), f32::INFINITY).unwrap();
+    let sinking = field.march(o, Vec3::new(1.0, -1e-3, 0.0).normalize(), f32::INFINITY).hit().unwrap();
     assert!((sinking.t - 2.0).abs() < 0.3 && sinking.normal.y > 0.999, "{sinking:?}");
 }
 
@@ -153,10 +153,10 @@ fn grazing_rays_stay_on_their_side() {
 fn walls_are_met_from_outside_on_their_back() {
     let field = field(room);
     let (o, d) = (Vec3::new(6.0, 0.1, 0.2), Vec3::NEG_X);
-    let hit = field.march(o, d, f32::INFINITY).unwrap();
+    let hit = field.march(o, d, f32::INFINITY).hit().unwrap();
     assert!(hit.back && (hit.t - 3.5).abs() < 1e-3 && hit.normal.dot(Vec3::X) > 0.999, "{hit:?}");
-    assert_eq!(field.march(o, Vec3::X, f32::INFINITY), None);
-    assert_eq!(field.march(o, Vec3::Y, f32::INFINITY), None);
+    assert_eq!(field.march(o, Vec3::X, f32::INFINITY).hit(), None);
+    assert_eq!(field.march(o, Vec3::Y, f32::INFINITY).hit(), None);
 }
 
 /// Both look the field up, one cell by cell, the other in small equal steps of angle. They may differ where a ray meets the
@@ -167,7 +167,7 @@ fn hierarchical_marching_equals_linear_marching() {
     let (mut apart, n) = (Vec::new(), 3000);
     for _ in 0..n {
         let (o, d) = (inside(&mut random, LO + 0.05, HI - 0.05), direction(&mut random));
-        let (a, b) = (field.march(o, d, f32::INFINITY), march_linear(&field, o, d, f32::INFINITY, 4000));
+        let (a, b) = (field.march(o, d, f32::INFINITY).hit(), march_linear(&field, o, d, f32::INFINITY, 4000));
         let same = match (&a, &b) {
             (None, None) => true,
             (Some(a), Some(b)) => (a.t - b.t).abs() < 1e-3 * (1.0 + a.t) && a.back == b.back,
@@ -182,21 +182,119 @@ fn hierarchical_marching_equals_linear_marching() {
     assert!(apart.len() * 100 <= n, "{} of {n} differ, such as {:?}", apart.len(), apart[0]);
 }
 
-/// The same plate with a side assumed behind its rim: rays that pass close behind it meet the side, with the plate's own
-/// direction for a colour; farther behind than the side is deep they pass.
+/// The camera hangs 1 m above a table top of 0.8 × 0.8 m, the floor 1 m farther below. A ray that passes under the top's edge
+/// meets the face that the box has there, perpendicular to the top, and takes the colour as far from the edge on top as it
+/// has met the face below the edge.
 #[test]
-fn assumed_sides_are_as_deep_as_the_setting_says() {
+fn back_faces_mirror_the_front() {
+    let table = |d: Vec3| {
+        let at = d / -d.y;
+        if d.y < 0.0 && at.x.abs() < 0.4 && at.z.abs() < 0.4 { at.length() } else { walls_below(d) }
+    };
+    // A floor 2 m below, in a room of 6 × 6 m.
+    fn walls_below(d: Vec3) -> f32 {
+        span([Vec3::new(-3.0, -2.0, -3.0), Vec3::new(3.0, 1.0, 3.0)], Vec3::ZERO, d).expect("inside").1
+    }
+    let field = with_back_faces(1024, 512, true, table);
+    let mut met = 0;
+    for (height, z) in [(-1.1, 0.0), (-1.2, 0.1), (-1.35, -0.2), (-1.3, 0.3)] {
+        for side in [-1.0, 1.0] {
+            let hit = field.march(Vec3::new(1.2 * side, height, z), Vec3::NEG_X * side, f32::INFINITY);
+            let Answer::BackFace(face) = hit else { panic!("{height} {z}: {hit:?}") };
+            // The plane of ray and eye meets the edge at the same share of its height as the ray's point above the face.
+            assert!((face.t - 0.8).abs() < 0.03, "{height} {z}: {face:?}");
+            assert!(face.normal.x * side > 0.95, "{face:?}");
+            let q = face.hidden_side.unwrap();
+            let on_top = q / -q.y;
+            let depth = 0.4 - on_top.x * side;
+            assert!((depth - (-1.0 - height)).abs() < 0.05, "{height} {z}: {on_top}");
+            met += 1;
+        }
+    }
+    assert_eq!(met, 8);
+    // Deeper below the edge than the top is long there is no face: the floor goes on under the table, and is met first anyway.
+    let floor = field.march(Vec3::new(1.2, -1.9, 0.0), Vec3::new(-1.0, -0.1, 0.0).normalize(), f32::INFINITY);
+    assert!(floor.hit().is_some_and(|hit| hit.normal.y > 0.99), "{floor:?}");
+    // Without back faces the ray passes under the table and meets the opposite wall.
+    let open = with_back_faces(1024, 512, false, table).march(Vec3::new(1.2, -1.2, 0.1), Vec3::NEG_X, f32::INFINITY);
+    let Answer::Surface(wall) = open else { panic!("{open:?}") };
+    assert!((wall.t - 4.2).abs() < 1e-2, "{wall:?}");
+}
+
+/// Rays parallel to the face, and rays that run away from it, go on.
+#[test]
+fn rays_that_do_not_meet_the_back_face_go_on() {
     let plate = |d: Vec3| {
         let at = d / -d.z;
         if d.z < 0.0 && at.x.abs() < 0.4 && at.y.abs() < 0.4 { at.length() } else { room(d) }
     };
-    let field = with_sides(WIDTH, WIDTH / 2, 0.3, plate);
-    // The rim's shadow at depth z is 0.4·z wide: the ray along +X meets it there.
-    let near = field.march(Vec3::new(-1.5, 0.1, -1.2), Vec3::X, f32::INFINITY).unwrap();
-    assert!(near.hidden_side.is_some() && (near.t - (1.5 - 0.4 * 1.2)).abs() < 0.02, "{near:?}");
-    assert!(near.hidden_side.unwrap().distance(Vec3::new(-0.4, 0.1 / 1.2, -1.0).normalize()) < 0.02, "{near:?}");
-    let far = field.march(Vec3::new(-1.5, 0.1, -1.5), Vec3::X, f32::INFINITY).unwrap();
-    assert!(far.hidden_side.is_none() && (far.t - 4.0).abs() < 0.01, "{far:?}");
+    let field = with_back_faces(1024, 512, true, plate);
+    // The face behind the rim at x = −0.4 is the half plane x = −0.4, z < −1 (seen from the eye at the origin).
+    for (what, direction) in [("parallel", Vec3::NEG_Z), ("diverging", Vec3::new(-0.05, 0.0, -1.0).normalize())] {
+        // From between the line of sight and the face, in front of the plate's plane to begin with.
+        let origin = Vec3::new(-0.43, 0.02, -0.9);
+        let answer = field.march(origin, direction, f32::INFINITY);
+        let hit = answer.hit().unwrap_or_else(|| panic!("{what}: {answer:?}"));
+        assert!((origin + direction * hit.t).z < -2.9, "{what}: {answer:?}");
+    }
+}
+
+/// The whole scene turned so that a gap lies at the seam, at a pole, or on an edge of the cube gives the same answers.
+#[test]
+fn back_faces_know_no_seam_and_no_pole() {
+    let block = |d: Vec3| span([Vec3::new(-0.4, -0.4, -1.8), Vec3::new(0.4, 0.4, -1.0)], Vec3::ZERO, d);
+    let wall = |d: Vec3| ball(Vec3::ZERO, 4.0, Vec3::ZERO, d).0;
+    let turned = |turn: Quat| {
+        let back = turn.inverse();
+        with_back_faces(1024, 512, true, move |d| block(back * d).filter(|s| s.0 > 0.0).map_or(wall(d), |s| s.0))
+    };
+    let plain = turned(Quat::IDENTITY);
+    for turn in [
+        Quat::from_rotation_y(std::f32::consts::PI),
+        Quat::from_rotation_y(std::f32::consts::PI - 0.38),
+        Quat::from_rotation_x(FRAC_PI_2),
+        Quat::from_rotation_x(FRAC_PI_2 - 0.38),
+        Quat::from_rotation_x(-FRAC_PI_2),
+        Quat::from_rotation_y(FRAC_PI_4),
+    ] {
+        let field = turned(turn);
+        for k in 0..20 {
+            let height = 0.3 * (k as f32 / 10.0 - 1.0);
+            let (o, d) = (Vec3::new(-1.5, height, -1.3), Vec3::new(1.0, 0.1 * height, -0.05).normalize());
+            let (a, b) = (plain.march(o, d, f32::INFINITY), field.march(turn * o, turn * d, f32::INFINITY));
+            let (Answer::BackFace(a), Answer::BackFace(b)) = (a, b) else { panic!("{turn}: {a:?} {b:?}") };
+            assert!((a.t - b.t).abs() < 0.05, "{turn}: {a:?} {b:?}");
+            assert!((turn * a.hidden_side.unwrap()).distance(b.hidden_side.unwrap()) < 0.05, "{turn}: {a:?} {b:?}");
+        }
+    }
+}
+
+/// What lies behind a front layer goes on there: a ceiling behind a lamp has no hole.
+#[test]
+fn the_layer_behind_goes_on_behind_the_front() {
+    let lamp = |d: Vec3| {
+        let near = ball(Vec3::new(0.0, 1.0, -1.0), 0.25, Vec3::ZERO, d);
+        let to = -Vec3::new(0.0, 1.0, -1.0);
+        let disc = to.dot(d).powi(2) - to.length_squared() + 0.25f32.powi(2);
+        if disc > 0.0 && near.0 > 0.0 {
+            near.0 - 2.0 * disc.sqrt()
+        } else {
+            span([Vec3::splat(-4.0), Vec3::new(4.0, 2.0, 4.0)], Vec3::ZERO, d).unwrap().1
+        }
+    };
+    let field = with_back_faces(1024, 512, true, lamp);
+    // From under the lamp past it into the part of the ceiling that it hides: (0, 2, −2).
+    let o = Vec3::new(0.0, -0.5, -1.6);
+    let d = (Vec3::new(0.05, 2.0, -2.0) - o).normalize();
+    let Answer::BackFace(hit) = field.march(o, d, f32::INFINITY) else { panic!("{:?}", field.march(o, d, f32::INFINITY)) };
+    assert!(((o + d * hit.t).y - 2.0).abs() < 0.02 && hit.normal.y < -0.99, "{hit:?}");
+}
+
+#[test]
+fn rays_can_run_out_of_steps() {
+    let depth = Image::from_fn(WIDTH, WIDTH / 2, |_, _| 2.0);
+    let field = DepthField::new(&depth, &FieldOptions { max_steps: 3, ..FieldOptions::default() });
+    assert_eq!(field.march(Vec3::new(0.5, 0.0, 0.0), Vec3::Y, f32::INFINITY), Answer::OutOfSteps);
 }
 
 /// A plate hangs before a wall: seen from the capture point the wall behind it is hidden, and nothing connects the two.
@@ -209,18 +307,18 @@ fn rays_pass_behind_a_floating_plate() {
     };
     let field = field(plate);
     // The ray crosses the whole shadow of the plate, 1 m behind it.
-    let behind = field.march(Vec3::new(-1.5, 0.1, -2.0), Vec3::X, f32::INFINITY).unwrap();
+    let behind = field.march(Vec3::new(-1.5, 0.1, -2.0), Vec3::X, f32::INFINITY).hit().unwrap();
     assert!((behind.t - 4.0).abs() < 2e-3 && !behind.back, "{behind:?}");
     // From behind it is met on its back; from before, on its front.
-    let back = field.march(Vec3::new(0.1, 0.0, -2.0), Vec3::Z, f32::INFINITY).unwrap();
+    let back = field.march(Vec3::new(0.1, 0.0, -2.0), Vec3::Z, f32::INFINITY).hit().unwrap();
     assert!(back.back && (back.t - 1.0).abs() < 2e-3 && back.normal.z < -0.999, "{back:?}");
-    let front = field.march(Vec3::new(0.1, 0.3, 1.0), Vec3::NEG_Z, f32::INFINITY).unwrap();
+    let front = field.march(Vec3::new(0.1, 0.3, 1.0), Vec3::NEG_Z, f32::INFINITY).hit().unwrap();
     assert!(!front.back && (front.t - 2.0).abs() < 2e-3 && front.normal.z > 0.999, "{front:?}");
     // Past its rim by two texels (2.5 cm) the wall is met.
-    let past = field.march(Vec3::new(0.0, 0.0, 0.1), Vec3::new(1.275, 0.0, -3.1).normalize(), f32::INFINITY).unwrap();
+    let past = field.march(Vec3::new(0.0, 0.0, 0.1), Vec3::new(1.275, 0.0, -3.1).normalize(), f32::INFINITY).hit().unwrap();
     assert!((past.t - Vec2::new(1.275, 3.1).length()).abs() < 2e-3, "{past:?}");
     // Straight into its shadow, past its rim: the wall there was never seen, and infinity is behind it.
-    let shadow = field.march(Vec3::new(-1.5, 0.0, -1.1), Vec3::new(1.5, 0.0, -1.9).normalize(), f32::INFINITY);
+    let shadow = field.march(Vec3::new(-1.5, 0.0, -1.1), Vec3::new(1.5, 0.0, -1.9).normalize(), f32::INFINITY).hit();
     assert_eq!(shadow, None);
 }
 
@@ -233,9 +331,9 @@ fn where_nothing_is_rays_go_on() {
     };
     let field = field(open);
     for o in [Vec3::ZERO, Vec3::new(0.5, -0.3, 1.0)] {
-        assert_eq!(field.march(o, (Vec3::new(0.1, 0.2, -3.0) - o).normalize(), f32::INFINITY), None);
+        assert_eq!(field.march(o, (Vec3::new(0.1, 0.2, -3.0) - o).normalize(), f32::INFINITY).hit(), None);
         let beside = (Vec3::new(1.3, 0.2, -3.0) - o).normalize();
-        assert!((field.march(o, beside, f32::INFINITY).unwrap().t - walls(o, beside).0).abs() < 5e-3);
+        assert!((field.march(o, beside, f32::INFINITY).hit().unwrap().t - walls(o, beside).0).abs() < 5e-3);
     }
     assert_eq!(field.look(Vec3::NEG_Z).0, 0.0);
 }
@@ -248,7 +346,7 @@ fn pictures_of_any_size_are_a_surface() {
             let o = Vec3::new(0.2, -0.1, 0.3);
             let (t, normal) = ball(Vec3::ZERO, 2.0, o, d);
             // The cube has at least 16 cells a side, each 1/16 rad: cells sag by 1/512.
-            let hit = field.march(o, d, f32::INFINITY).unwrap();
+            let hit = field.march(o, d, f32::INFINITY).hit().unwrap();
             assert!((hit.t - t).abs() < 0.01 && hit.normal.dot(normal) > 0.99, "{w}×{h}: {hit:?}, expected {t}");
         }
     }
@@ -259,14 +357,14 @@ fn depths_beyond_reason_are_nothing_or_a_surface() {
     let o = Vec3::new(0.1, 0.2, 0.3);
     for nothing in [0.0, -1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let field = sized(32, 16, |_| nothing);
-        assert!(field.march(o, Vec3::X, f32::INFINITY).is_none() && field.look(Vec3::X).0 == 0.0, "{nothing}");
+        assert!(field.march(o, Vec3::X, f32::INFINITY).hit().is_none() && field.look(Vec3::X).0 == 0.0, "{nothing}");
     }
     // A micrometre around the capture point: everything else is behind it.
     let tiny = sized(32, 16, |_| 1e-6);
-    assert!(tiny.march(o, Vec3::X, f32::INFINITY).is_none());
+    assert!(tiny.march(o, Vec3::X, f32::INFINITY).hit().is_none());
     assert!((tiny.look(Vec3::X).0 - 1e6).abs() < 1.0);
     // As far as a surface may be. (Loading takes more for infinity.)
-    let far = sized(32, 16, |_| 9e8).march(o, Vec3::X, f32::INFINITY).unwrap();
+    let far = sized(32, 16, |_| 9e8).march(o, Vec3::X, f32::INFINITY).hit().unwrap();
     assert!((far.t / 9e8 - 1.0).abs() < 0.01, "{far:?}");
     // Next to each other: each keeps its own texels.
     let mixed = sized(64, 32, |d| {
@@ -278,8 +376,8 @@ fn depths_beyond_reason_are_nothing_or_a_surface() {
             3.0
         }
     });
-    assert!(mixed.march(Vec3::ZERO, Vec3::X, f32::INFINITY).is_none());
-    assert!((mixed.march(o, Vec3::NEG_Z, f32::INFINITY).unwrap().t - ball(Vec3::ZERO, 3.0, o, Vec3::NEG_Z).0).abs() < 0.02);
+    assert!(mixed.march(Vec3::ZERO, Vec3::X, f32::INFINITY).hit().is_none());
+    assert!((mixed.march(o, Vec3::NEG_Z, f32::INFINITY).hit().unwrap().t - ball(Vec3::ZERO, 3.0, o, Vec3::NEG_Z).0).abs() < 0.02);
 }
 
 fn depth_value() -> impl Strategy<Value = f32> {
@@ -316,7 +414,7 @@ proptest! {
             };
             let (inverse, plane) = field.look(d);
             prop_assert!(inverse >= 0.0 && inverse.is_finite() && plane.is_finite(), "{d}: {inverse} {plane}");
-            if let Some(hit) = field.march(o, d, t_max) {
+            if let Some(hit) = field.march(o, d, t_max).hit() {
                 prop_assert!(hit.t > 0.0 && hit.t <= t_max && hit.t.is_finite(), "{o} {d}: {hit:?}");
                 prop_assert!((hit.normal.length() - 1.0).abs() < 1e-3, "{o} {d}: {hit:?}");
                 prop_assert!(hit.normal.dot(d) <= 1e-6, "{o} {d}: {hit:?}");

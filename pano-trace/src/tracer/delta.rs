@@ -156,7 +156,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     pub(crate) fn thinning(&self, hit: &RealHit) -> u32 {
         let aim = Aim::new(self.objects.clusters(), self.world.leave(hit), hit.normal);
         match aim.form_factor {
-            _ if aim.inside => 1,
+            _ if aim.inside || self.params.everywhere => 1,
             f if f < 0.125 * FULL_EFFORT => 4,
             f if f < 0.5 * FULL_EFFORT => 2,
             _ => 1,
@@ -172,7 +172,8 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let x = self.world.leave(hit);
         let aim = Aim::new(self.objects.clusters(), x, hit.normal);
         let second_order = bounces >= 2 && self.params.second_order && self.world.sees_itself();
-        if aim.nothing() && !second_order {
+        let everywhere = self.params.everywhere;
+        if aim.nothing() && !second_order && !everywhere {
             return Vec3::ZERO;
         }
         let reflectance = self.world.reflectance(hit);
@@ -180,7 +181,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
             return Vec3::ZERO;
         }
         let mis = self.params.mis;
-        let cosine_rate = if aim.inside || mis == Mis::BsdfOnly {
+        let cosine_rate = if aim.inside || mis == Mis::BsdfOnly || everywhere {
             effort
         } else if second_order {
             effort * (SECOND_ORDER_EFFORT * boost).min(1.0)
@@ -189,7 +190,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         };
         let cones = aim.count > 0 && mis != Mis::BsdfOnly;
         let cone_rate = if cones { effort * (boost * (aim.form_factor / FULL_EFFORT).max(least)).min(1.0) } else { 0.0 };
-        let light_rate = if aim.nothing() || mis == Mis::BsdfOnly { 0.0 } else { effort };
+        let light_rate = if (aim.nothing() && !everywhere) || mis == Mis::BsdfOnly { 0.0 } else { effort };
         let point = Point { hit, x, aim, cone_rate, light_rate, cosine_rate, second_order, bounces };
 
         let u = walk.sampler.next_4d();
@@ -220,7 +221,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     fn blocked_light(&self, point: &Point<'_>, sample: &LightSample, walk: &mut Walk) -> Vec3 {
         let d = sample.direction;
         let cos = d.dot(point.hit.normal);
-        if cos <= 0.0 || !point.aim.meets(d) {
+        if cos <= 0.0 || !(point.aim.meets(d) || self.params.everywhere) {
             return Vec3::ZERO;
         }
         let ray = Ray::new(point.x, d);

@@ -50,6 +50,9 @@ pub struct TraceParams {
     pub mis: Mis,
     /// Whether paths that end on captured radiance add that surface's own change (second order; `bounces` ≥ 2).
     pub second_order: bool,
+    /// Ask every pixel and every direction for a change, also where the objects' bounds say that there is none: the same
+    /// picture for more time, to compare with.
+    pub everywhere: bool,
 }
 
 /// Which sampling strategies direct light uses.
@@ -66,7 +69,7 @@ pub enum Mis {
 
 impl Default for TraceParams {
     fn default() -> Self {
-        Self { method: Method::Dpt, samples: 64, bounces: 3, mis: Mis::Balance, second_order: true }
+        Self { method: Method::Dpt, samples: 64, bounces: 3, mis: Mis::Balance, second_order: true, everywhere: false }
     }
 }
 

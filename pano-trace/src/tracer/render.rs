@@ -92,7 +92,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let corner = Vec2::new(at.x as f32, at.y as f32);
         let (mut pixel, center) = self.guides(frame, corner + 0.5);
         // Where no object's bounds reach, no ray looks for one.
-        let scene = if self.may_see_objects(frame, corner) { Scene::Mixed } else { Scene::Real };
+        let scene = if self.may_see_objects(frame.camera, corner) { Scene::Mixed } else { Scene::Real };
         let (mut covered, mut object, mut delta) = (0u32, Vec3::ZERO, Vec3::ZERO);
         let thinning = match center {
             First::Real(hit) if scene == Scene::Real && self.params.method == Method::Dpt => self.thinning(&hit),
@@ -128,13 +128,13 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     }
 
     /// Whether any ray through the pixel can meet the bounds of an object.
-    pub(crate) fn may_see_objects(&self, frame: &Frame<'_>, corner: Vec2) -> bool {
-        let axis = frame.camera.direction(corner + 0.5);
-        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|c| frame.camera.direction(corner + c));
+    pub(crate) fn may_see_objects(&self, camera: &Camera, corner: Vec2) -> bool {
+        let axis = camera.direction(corner + 0.5);
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|c| camera.direction(corner + c));
         // Rays through a pixel lie within the widest of its corners, to first order; half as much again for safety.
         let spread = 1.5 * corners.iter().map(|d| d.distance(axis)).fold(1e-6, f32::max);
         self.objects.balls().iter().any(|ball| {
-            let to = ball.center - frame.camera.position;
+            let to = ball.center - camera.position;
             let along = to.dot(axis);
             let distance = to.length();
             if distance <= ball.radius || spread > 0.5 {

@@ -87,17 +87,17 @@ fn balls_over_a_plane_change_it_by_their_form_factor() {
             let factor: f32 = places.iter().map(|&b| form_factor(b, x, z)).sum();
             let expected = ALBEDO * (emission - sky) * factor;
             for method in DIFFERENTIAL {
-                for mis in ALL_MIS {
-                    let params = TraceParams { method, samples: 64, bounces: 1, mis, second_order: true };
+                for (mis, everywhere) in ALL_MIS.into_iter().flat_map(|mis| [(mis, false), (mis, true)]) {
+                    let params = TraceParams { method, samples: 64, bounces: 1, mis, second_order: true, everywhere };
                     let (mean, error) = mean_delta(&objects, &world, &patch(x, z), &params);
                     // The meshes are inscribed: less than 0.1 % smaller in outline than their balls. Channels scale alike.
-                    if (method, mis) == (Method::Dpt, Mis::Balance) {
+                    if (method, mis, everywhere) == (Method::Dpt, Mis::Balance, false) {
                         assert!(error.y < 0.02 * expected.y.abs(), "{mean} ± {error} tells too little of {expected}");
                     }
                     let apart = (mean - expected).abs() - 4.0 * error - 0.001 * expected.abs();
                     assert!(
                         apart.max_element() <= 2e-6,
-                        "{method:?}, {mis:?}, {} balls from ({x}, {z}), emission {emission}: {mean} ± {error}, expected {expected}",
+                        "{method:?}, {mis:?}, everywhere {everywhere}, {} balls from ({x}, {z}), emission {emission}: {mean} ± {error}, expected {expected}",
                         places.len()
                     );
                 }
@@ -131,7 +131,7 @@ fn a_sun_behind_a_ball_leaves_an_umbra() {
     let expected = -ALBEDO * irradiance as f32 / std::f32::consts::PI;
     for mis in [Mis::Balance, Mis::LightOnly] {
         for method in DIFFERENTIAL {
-            let params = TraceParams { method, samples: 64, bounces: 1, mis, second_order: true };
+            let params = TraceParams { method, samples: 64, bounces: 1, mis, ..TraceParams::default() };
             let (mean, error) = mean_delta(&objects, &world, &patch(umbra.x, umbra.z), &params);
             // Sums over texels and over interpolated texels differ by what sin θ varies within a texel.
             let apart = (mean - expected).abs() - 0.01 * expected.abs() - 4.0 * error;
@@ -152,7 +152,7 @@ fn strategies_agree() {
         let objects = balls(&[(Vec3::new(0.0, 0.55, 0.0), 0.5), (Vec3::new(0.9, 0.4, 0.3), 0.35)], &material);
         for method in DIFFERENTIAL {
             let [a, b, c] = ALL_MIS.map(|mis| {
-                let params = TraceParams { method, samples: 256, bounces: 3, mis, second_order: true };
+                let params = TraceParams { method, samples: 256, bounces: 3, mis, ..TraceParams::default() };
                 mean_delta(&objects, &world, &patch(0.4, 0.7), &params)
             });
             for other in [b, c] {

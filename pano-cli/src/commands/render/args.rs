@@ -2,6 +2,7 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pano_compose::pipeline::{Backend, RenderOptions, SETTINGS, Settings};
+use pano_compose::tradeoff::Goal;
 use pano_core::scene::{Method, Render};
 use std::{ops::RangeInclusive, path::PathBuf};
 
@@ -26,6 +27,12 @@ pub(crate) struct Args {
     /// Scattering events after the camera, instead of the scene's; 1 is direct light only
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Render::MAX_BOUNCES)))]
     bounces: Option<u32>,
+    /// Choose the samples (and how a captured world is prepared) so that a frame takes about this long: 50ms, 2s, 1min
+    #[arg(long, value_name = "TIME", value_parser = parse_time, conflicts_with_all = ["samples", "error"])]
+    budget: Option<f64>,
+    /// Choose the samples so that the error is about this: root mean square of display-encoded values where objects change them
+    #[arg(long, value_name = "E", value_parser = parse_error, conflicts_with = "samples")]
+    error: Option<f64>,
     /// Where to compute
     #[arg(long, default_value = "auto", value_parser = backend_parser())]
     backend: Backend,
@@ -41,6 +48,9 @@ pub(crate) struct Args {
     /// Turn a knob (listed below); may be given more than once
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_setting)]
     settings: Vec<(String, String)>,
+    /// Turn an effect on or off whatever the scene calls for; may be given more than once
+    #[arg(long = "force", value_name = "EFFECT=on|off", value_parser = parse_force)]
+    forced: Vec<(String, bool)>,
     /// Write what was done and how long it took, as JSON
     #[arg(long, value_name = "FILE")]
     pub(super) stats: Option<PathBuf>,
@@ -57,6 +67,16 @@ impl Args {
         render.bounces = self.bounces.unwrap_or(render.bounces);
     }
 
+    /// What is to be reached, if that is asked for.
+    pub(super) fn goal(&self) -> Option<Goal> {
+        self.budget.map(Goal::Time).or(self.error.map(Goal::Error))
+    }
+
+    /// Whether layers are filtered.
+    pub(super) fn denoise(&self) -> bool {
+        !self.no_denoise
+    }
+
     /// What the pipeline is told.
     pub(super) fn options(&self) -> RenderOptions {
         let mut settings = Settings::default();
@@ -64,8 +84,13 @@ impl Args {
             // Each was tried on its own when it was parsed, and knobs do not depend on each other.
             let _ = settings.set(key, value);
         }
-        let (denoise, backend, seed) = (!self.no_denoise, self.backend, self.seed);
-        RenderOptions { denoise, backend, seed, settings, ..RenderOptions::default() }
+        let (denoise, backend, seed) = (self.denoise(), self.backend, self.seed);
+        let mut options = RenderOptions { denoise, backend, seed, settings, ..RenderOptions::default() };
+        for (effect, on) in &self.forced {
+            // The same holds for effects.
+            let _ = options.force(effect, *on);
+        }
+        options
     }
 }
 
@@ -93,12 +118,38 @@ fn parse_frames(text: &str) -> Result<RangeInclusive<u32>, String> {
     }
 }
 
+/// Milliseconds of `50ms`, `2s`, `1.5min`.
+fn parse_time(text: &str) -> Result<f64, String> {
+    let units = [("ms", 1.0), ("min", 60e3), ("s", 1e3)];
+    let found = units.iter().find_map(|(unit, ms)| Some(text.strip_suffix(unit)?.trim().parse::<f64>().ok()? * ms));
+    found.filter(|ms| (0.1..=1e9).contains(ms)).ok_or_else(|| "write it like 50ms, 2s or 1.5min".into())
+}
+
+/// An error in (0, 1].
+fn parse_error(text: &str) -> Result<f64, String> {
+    text.parse::<f64>().ok().filter(|e| *e > 0.0 && *e <= 1.0).ok_or_else(|| "write it like 0.02, above 0 and at most 1".into())
+}
+
 /// `key=value`, tried on settings of its own.
 fn parse_setting(text: &str) -> Result<(String, String), String> {
     let (key, value) = text.split_once('=').ok_or("write it like key=value")?;
     let (key, value) = (key.trim(), value.trim());
     match Settings::default().set(key, value) {
         Ok(()) => Ok((key.to_owned(), value.to_owned())),
+        Err(e) => Err(e.remedy().map_or(e.to_string(), |remedy| format!("{e}: {remedy}"))),
+    }
+}
+
+/// `effect=on`, tried on options of its own.
+fn parse_force(text: &str) -> Result<(String, bool), String> {
+    let (effect, state) = text.split_once('=').ok_or("write it like effect=off")?;
+    let on = match state.trim() {
+        "on" => true,
+        "off" => false,
+        _ => return Err("say on or off".into()),
+    };
+    match RenderOptions::default().force(effect.trim(), on) {
+        Ok(()) => Ok((effect.trim().to_owned(), on)),
         Err(e) => Err(e.remedy().map_or(e.to_string(), |remedy| format!("{e}: {remedy}"))),
     }
 }
@@ -121,6 +172,23 @@ mod tests {
         for text in ["", "-", "1-", "-1", "a-b", "5-4", "0-1000000", "1--2", "99999999999"] {
             assert!(parse_frames(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn effects_are_forced_by_name() {
+        assert_eq!(parse_force("influence=off"), Ok(("influence".into(), false)));
+        for text in ["", "influence", "influence=", "influence=maybe", "frob=on", "glossy=on"] {
+            assert!(parse_force(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn times_have_units() {
+        assert_eq!(["50ms", "2s", "1.5min", "0.2 s"].map(parse_time), [Ok(50.0), Ok(2e3), Ok(90e3), Ok(200.0)]);
+        for text in ["", "5", "ms", "-1s", "nan s", "infs", "1h"] {
+            assert!(parse_time(text).is_err(), "{text}");
+        }
+        assert!(parse_error("0").is_err() && parse_error("1.1").is_err() && parse_error("nan").is_err());
     }
 
     #[test]

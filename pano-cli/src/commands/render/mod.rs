@@ -6,7 +6,8 @@ mod target;
 pub(crate) use args::Args;
 
 use crate::{failure::Failure, output, progress::Console};
-use pano_compose::pipeline::{self, Sequence, Stats};
+use pano_compose::pipeline::{self, RenderOptions, Sequence, Stats};
+use pano_compose::tradeoff::{self, Chosen, Goal};
 use pano_core::{
     Error, io,
     progress::Progress,
@@ -41,7 +42,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     args.stats.as_deref().map_or(Ok(()), target::check_writable)?;
 
     let console = Console::new();
-    let options = args.options();
+    let mut options = args.options();
+    let chosen = args.goal().map(|goal| choose(args, goal, &mut scene, &mut options, &console)).transpose()?;
     let mut sequence = Sequence::new(&scene, &options);
     let mut all = vec![];
     let mut told = BTreeSet::new();
@@ -63,7 +65,27 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         all.push(FrameStats { frame, stats: rendered.stats });
     }
     drop(console);
+    if let (Some(chosen), Some(last)) = (chosen, all.last()) {
+        let expected = chosen.expected_ms;
+        output::message(&format!("took {:.0} ms, {expected:.0} ms were expected", last.stats.total_ms));
+    }
     report(args, all)
+}
+
+/// Puts the settings that reach `goal` into scene and options, and says which they are.
+fn choose(args: &Args, goal: Goal, scene: &mut Scene, options: &mut RenderOptions, console: &Console) -> Result<Chosen, Failure> {
+    let chosen = tradeoff::choose(scene, goal, args.denoise(), console)?;
+    scene.render.method = chosen.choice.method;
+    scene.render.samples = chosen.choice.samples;
+    for (key, value) in &chosen.choice.settings {
+        options.settings.set(key, value)?;
+    }
+    let error = chosen.expected_error.map_or(String::new(), |e| format!(", error {e:.4}"));
+    console.message(&format!("chose {}; expecting {:.0} ms{error}", chosen.choice.arguments(), chosen.expected_ms));
+    if let Some(caveat) = &chosen.caveat {
+        console.message(&format!("warning: the goal is out of reach: {caveat}"));
+    }
+    Ok(chosen)
 }
 
 /// The frames to render: those asked for; all that are there of a sequence; 0 for a still.

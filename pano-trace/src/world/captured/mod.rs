@@ -22,7 +22,7 @@ pub struct CapturedOptions {
     /// touches. .9 is white paper; lower protects more lamps and weakens shadows on white surfaces.
     pub reflectance_cap: f32,
     /// Columns of the map of irradiance from which reflectance is read (rows: half), near the objects; elsewhere a quarter.
-    /// Higher follows existing shadows more closely; cost grows with the square.
+    /// Higher follows existing shadows more closely; cost grows with the square. 0: no map, and every surface is black.
     pub irradiance_width: usize,
     /// Pairs of rays per texel of that map. The noise of the irradiance falls with the root and is filtered afterwards.
     pub irradiance_samples: u32,
@@ -30,7 +30,7 @@ pub struct CapturedOptions {
 
 impl Default for CapturedOptions {
     fn default() -> Self {
-        Self { field: FieldOptions::default(), reflectance_cap: 0.9, irradiance_width: 1024, irradiance_samples: 16 }
+        Self { field: FieldOptions::default(), reflectance_cap: 0.9, irradiance_width: 512, irradiance_samples: 8 }
     }
 }
 
@@ -87,7 +87,9 @@ impl CapturedWorld {
             irradiance: None,
             cap: options.reflectance_cap,
         };
-        world.irradiance = Some(IrradianceMap::new(&world, objects, options, progress)?);
+        if options.irradiance_width > 0 {
+            world.irradiance = Some(IrradianceMap::new(&world, objects, options, progress)?);
+        }
         Some(world)
     }
 
@@ -139,7 +141,7 @@ impl RealWorld for CapturedWorld {
         if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
             return self.look(direction).filter(|h| h.t < ray.t_max);
         }
-        let hit = self.field.march(origin, direction, ray.t_max)?;
+        let hit = self.field.march(origin, direction, ray.t_max).hit()?;
         Some(RealHit {
             t: hit.t,
             position: ray.at(hit.t),

@@ -23,7 +23,7 @@ fn world(
 }
 
 fn coarse() -> CapturedOptions {
-    CapturedOptions { irradiance_width: 256, ..CapturedOptions::default() }
+    CapturedOptions { irradiance_width: 256, irradiance_samples: 16, ..CapturedOptions::default() }
 }
 
 fn here() -> (Quat, Vec3) {

@@ -1,0 +1,128 @@
+//! One frame: which method makes it, and what every method ends with.
+
+use super::lights::Lights;
+use super::view::view_of_photo;
+use super::{Clock, Inputs, RenderOptions, Rendered, Result, World, iprt, path_traced, resolve_method};
+use crate::composite::{Composite, Irradiance, composite};
+use crate::plan::EffectPlan;
+use pano_core::{
+    camera::Camera,
+    image::{Image, RadianceImage},
+    layers::TracedLayers,
+    progress::Progress,
+    scene::{Method, Scene},
+};
+use pano_trace::objects::Objects;
+
+/// Everything a frame is made of.
+pub(crate) struct Frame<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) inputs: &'a Inputs,
+    pub(crate) objects: &'a Objects,
+    pub(crate) world: &'a World,
+    pub(crate) options: &'a RenderOptions,
+    pub(super) camera: Camera,
+}
+
+/// What a sequence carries from frame to frame.
+#[derive(Debug)]
+pub(super) struct Carried {
+    /// The lights that mr360 follows.
+    lights: Lights,
+    /// The past of iprt.
+    past: Option<iprt::State>,
+}
+
+impl Default for Carried {
+    fn default() -> Self {
+        Self { lights: Lights::new(), past: None }
+    }
+}
+
+/// The real picture in the view.
+pub(super) struct View {
+    pub(super) photo: RadianceImage,
+    /// Of what lights the scene, if that is another picture.
+    pub(super) lighting: Option<RadianceImage>,
+}
+
+/// A frame before it is composited.
+pub(super) struct Filtered {
+    pub(super) photo: RadianceImage,
+    pub(super) layers: TracedLayers,
+    pub(super) irradiance: Option<Irradiance>,
+    pub(super) shadows: Vec<Image<f32>>,
+}
+
+impl<'a> Frame<'a> {
+    pub(crate) fn new(
+        scene: &'a Scene,
+        inputs: &'a Inputs,
+        objects: &'a Objects,
+        world: &'a World,
+        options: &'a RenderOptions,
+    ) -> Self {
+        Self { scene, inputs, objects, world, options, camera: scene.camera(inputs.photo.size()) }
+    }
+
+    /// Pixels of the view.
+    pub(super) fn pixels(&self) -> u64 {
+        (self.camera.width * self.camera.height) as u64
+    }
+
+    /// Renders the frame by itself.
+    pub(crate) fn render(&self, clock: Clock, progress: &dyn Progress) -> Result<Rendered> {
+        self.render_next(&mut Carried::default(), clock, progress)
+    }
+
+    /// Renders the frame as the next of those that carry `carried` from one to the next.
+    pub(super) fn render_next(&self, carried: &mut Carried, mut clock: Clock, progress: &dyn Progress) -> Result<Rendered> {
+        let mut warnings = Vec::new();
+        let (scene, inputs, settings) = (self.scene, self.inputs, &self.options.settings);
+        let method = resolve_method(scene, inputs, &mut warnings)?;
+        let (photo, lighting) = view_of_photo(scene, inputs, self.world, &self.camera)?;
+        clock.stage("view", self.pixels(), 0);
+        let mut facts = inputs.facts(scene, method);
+        facts.no_back_faces = !settings.captured.field.back_faces;
+        facts.no_sparse = !settings.sparse;
+        let found = (method == Method::Mr360).then(|| carried.lights.frame(scene, inputs, settings));
+        if let Some(found) = &found {
+            facts.lights = Some(found.lights.len());
+            clock.stage("lights", inputs.photo.data().len() as u64, 0);
+        }
+        let mut plan = EffectPlan::for_scene(&facts);
+        for &(effect, on) in &self.options.forced {
+            plan.force(effect, on);
+        }
+        let view = View { photo, lighting };
+        let filtered = if method == Method::Iprt {
+            iprt::trace(self, view, &mut carried.past, &mut clock, &mut warnings, progress)?
+        } else {
+            path_traced::trace(self, method, view, found.as_ref().map(|f| (f, &plan)), &mut clock, &mut warnings, progress)?
+        };
+        self.finish(filtered, method, plan, warnings, clock)
+    }
+
+    /// The last stage.
+    fn finish(
+        &self,
+        Filtered { photo, layers, irradiance, shadows }: Filtered,
+        method: Method,
+        plan: EffectPlan,
+        mut warnings: Vec<String>,
+        mut clock: Clock,
+    ) -> Result<Rendered> {
+        let mut out = Composite::new(self.camera.width, self.camera.height);
+        let clamped = composite(&photo, &layers, &mut out)?;
+        if clamped.pixels > 0 {
+            warnings.push(format!(
+                "{} pixels of the composite were below 0 by {:.3e} in all and were set to 0",
+                clamped.pixels, clamped.energy
+            ));
+        }
+        clock.stage("composite", self.pixels(), 0);
+        let stats = clock.finish(method.name(), plan, warnings);
+        let (camera, encoding) = (self.camera, self.inputs.encoding);
+        Ok(Rendered { camera, photo, encoding, layers, irradiance, shadows, composite: out, stats })
+    }
+}

@@ -1,0 +1,113 @@
+//! Filters between the passes.
+
+use super::super::Result;
+use super::Signals;
+use glam::Vec3;
+use pano_core::image::Image;
+use pano_denoise::{atrous, firefly, temporal};
+use pano_trace::iprt::{GBuffer, RealEstimate, VirtualEstimate};
+
+/// Base colours below this are not divided by: the filter then works on radiance.
+const LEAST_ALBEDO: f32 = 0.02;
+/// Standard deviation, as a share of that measured, that the filter believes of a perfectly smooth surface: most of it is
+/// the picture in the mirror. Chosen on a mirror ball.
+const MIRROR_NOISE: f32 = 0.125;
+/// From this many samples on their own variance guides the filter; below, the neighbours' is better known.
+const SAMPLES_WITH_VARIANCE: u32 = 4;
+
+/// How many times as far luminances may be apart with so few samples: one ray in fifty that meets an object is seven standard
+/// deviations from its neighbours, and must still be spread over them.
+const RARE: f32 = 4.0;
+
+/// What the filters of a frame share.
+pub(super) struct Filters<'a> {
+    pub(super) buffer: &'a GBuffer,
+    pub(super) samples: u32,
+    /// The view is a whole panorama.
+    pub(super) wrap: bool,
+}
+
+impl Filters<'_> {
+    fn guides(&self) -> atrous::Guides<'_> {
+        atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal }
+    }
+
+    fn spread(&self, share: &Image<f32>, variance: &mut Image<f32>, signal: &mut Image<Vec3>) -> Result<()> {
+        let mut params = atrous::Params { wrap: self.wrap, ..atrous::Params::default() };
+        if self.samples < SAMPLES_WITH_VARIANCE {
+            params.sigma_luminance *= RARE;
+            *variance = atrous::spatial_variance(&params, &self.guides(), share, signal)?;
+        }
+        atrous::filter(&params, &self.guides(), share, variance, signal)?;
+        Ok(())
+    }
+
+    /// E_R and E_RV − E_R.
+    pub(super) fn real(&self, real: &mut RealEstimate, warnings: &mut Vec<String>) -> Result<()> {
+        self.clamp_fireflies("irradiance", &real.share, &mut real.irradiance, warnings)?;
+        self.spread(&real.share, &mut real.irradiance_variance, &mut real.irradiance)?;
+        // The change keeps the energy of its fireflies: they are caustics.
+        self.spread(&real.share, &mut real.change_variance, &mut real.change)
+    }
+
+    /// The objects' radiance, without their base colour.
+    pub(super) fn seen(&self, seen: &mut VirtualEstimate, warnings: &mut Vec<String>) -> Result<()> {
+        self.clamp_fireflies("object", &seen.coverage, &mut seen.radiance, warnings)?;
+        let albedo = self.buffer.albedo.map(|a| if a.min_element() >= LEAST_ALBEDO { a } else { Vec3::ONE });
+        for (radiance, &albedo) in seen.radiance.data_mut().iter_mut().zip(albedo.data()) {
+            *radiance /= albedo;
+        }
+        let guides = albedo.data().iter().zip(self.buffer.smooth.data());
+        for (variance, (&albedo, &smooth)) in seen.variance.data_mut().iter_mut().zip(guides) {
+            let believed = if smooth { MIRROR_NOISE } else { 1.0 };
+            *variance *= (believed / pano_core::color::luminance(albedo)).powi(2);
+        }
+        self.spread(&seen.coverage, &mut seen.variance, &mut seen.radiance)?;
+        for (radiance, &albedo) in seen.radiance.data_mut().iter_mut().zip(albedo.data()) {
+            *radiance *= albedo;
+        }
+        Ok(())
+    }
+
+    fn clamp_fireflies(
+        &self,
+        layer: &str,
+        share: &Image<f32>,
+        signal: &mut Image<Vec3>,
+        warnings: &mut Vec<String>,
+    ) -> Result<()> {
+        let params = firefly::Params { wrap: self.wrap, ..firefly::Params::default() };
+        let clamped = firefly::clamp(&params, share, signal)?;
+        // Less than a hundredth is what rounds away at the edges of highlights.
+        if clamped.energy > 1e-2 * clamped.before {
+            warnings.push(format!(
+                "clamping fireflies took {:.1} % of the {layer} layer's light, in {} pixels",
+                100.0 * clamped.energy / clamped.before,
+                clamped.pixels
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Blends `signal`, premultiplied by `share`, with its `history`, and premultiplies it by `target` in the end.
+pub(super) fn remember(
+    params: &temporal::Params,
+    guides: &temporal::Guides<'_>,
+    (share, target): (&Image<f32>, &Image<f32>),
+    signal: &mut Image<Vec3>,
+    history: &mut Option<temporal::History>,
+) -> Result<()> {
+    // What this frame knows nothing of is not a number, which history replaces.
+    for (value, &share) in signal.data_mut().iter_mut().zip(share.data()) {
+        *value = if share > 0.0 { *value / share } else { Vec3::NAN };
+    }
+    temporal::accumulate(params, guides, signal, history)?;
+    for (value, &target) in signal.data_mut().iter_mut().zip(target.data()) {
+        *value *= target;
+    }
+    Ok(())
+}
+
+/// The histories of a frame's signals.
+pub(super) type Histories = Signals<Option<temporal::History>>;

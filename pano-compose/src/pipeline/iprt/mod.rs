@@ -1,0 +1,270 @@
+//! The stages of interactive panoramic ray tracing, between the view of the photo and the composite.
+//!
+//! ```text
+//! G-buffer ─> (mask) ─> real pixels ─> (interpolation) ─> filter ─> history
+//!          ─> update of the panorama ─> virtual pixels ─> filter ─> history
+//! ```
+//!
+//! The paper filters once, after both passes; here the first pass is filtered before its result is written into the
+//! panorama, so that the second one sees it without noise. The first frame has no past: it takes a first look at the real
+//! pixels, as what objects send back shows the surfaces that they change. Later frames use what the frame before has found.
+
+mod filter;
+mod state;
+
+pub(super) use state::State;
+
+use super::frame::{Filtered, Frame, View};
+use super::{Clock, Error, Result, World};
+use crate::composite::{Irradiance, delta_from_ratio};
+use filter::{Filters, remember};
+use glam::Vec3;
+use pano_core::{
+    camera::Projection,
+    image::{Image, RadianceImage},
+    layers::TracedLayers,
+    progress::Progress,
+    random::Stream,
+};
+use pano_denoise::temporal;
+use pano_trace::iprt::{self, GBuffer, RealEstimate, Update, UpdatedWorld};
+use pano_trace::sparse;
+use pano_trace::world::CapturedWorld;
+use std::f32::consts::PI;
+
+/// The first look at the change takes this share of the samples.
+const FIRST_LOOK: u32 = 8;
+/// With fewer samples than this the share of a pixel that shows an object is measured apart, by 4×4 points.
+const SAMPLES_THAT_COVER: u32 = 16;
+/// Points of a pixel that are tried for one that shows what is looked for: at a coverage of 1/16 two in three are found.
+const ATTEMPTS: u32 = 16;
+
+/// One of something for each signal that is traced, filtered and remembered.
+#[derive(Clone, Debug, Default)]
+struct Signals<T> {
+    /// E_R.
+    irradiance: T,
+    /// E_RV − E_R.
+    change: T,
+    /// The change of mirror images.
+    mirror: T,
+    /// The objects' radiance.
+    object: T,
+}
+
+/// What the first pass has come to.
+struct RealResult {
+    irradiance: Irradiance,
+    ratio: Image<Vec3>,
+    mirror: Image<Vec3>,
+    update: Update,
+    touched: Image<bool>,
+}
+
+/// The stages at work on one frame.
+struct Stages<'a> {
+    frame: &'a Frame<'a>,
+    world: &'a CapturedWorld,
+    params: iprt::Params,
+    buffer: GBuffer,
+    /// The share of each pixel that shows an object, where samples do not tell it.
+    coverage: Option<Image<f32>>,
+    /// Where the pixels' points were in the frame before, and how far away.
+    motion: Option<(Image<glam::Vec2>, Image<f32>)>,
+    /// The picture from which irradiance is found.
+    lit: &'a RadianceImage,
+    pixels: u64,
+}
+
+/// Traces and filters a frame over `photo`, the view of the panorama; `lighting` is the view of what lights the scene, if
+/// that is another picture. `past` is that of the sequence, and becomes the next frame's.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub(super) fn trace(
+    frame: &Frame<'_>,
+    View { photo, lighting }: View,
+    past: &mut Option<State>,
+    clock: &mut Clock,
+    warnings: &mut Vec<String>,
+    progress: &dyn Progress,
+) -> Result<Filtered> {
+    let (w, h) = (frame.camera.width, frame.camera.height);
+    let World::Captured(world) = frame.world else {
+        return Err(Error::unsupported("method `iprt` needs a panorama with depth", "use dpt"));
+    };
+    let past_frame = past.take().filter(|p| p.continues(frame));
+    if frame.objects.is_empty() {
+        return Ok(Filtered { photo, layers: TracedLayers::empty(w, h), irradiance: None, shadows: Vec::new() });
+    }
+    let traced = iprt::Frame {
+        camera: &frame.camera,
+        objects: frame.objects,
+        capture: frame.scene.panorama.position,
+        stream: Stream { frame: frame.options.frame, seed: frame.options.seed },
+    };
+    let samples = frame.scene.render.samples;
+    let few = samples < SAMPLES_THAT_COVER;
+    let buffer = GBuffer::new(&traced, world.as_ref());
+    let stages = Stages {
+        frame,
+        world,
+        params: iprt::Params {
+            samples,
+            attempts: if few { ATTEMPTS } else { 1 },
+            bounces: frame.scene.render.bounces,
+            ..iprt::Params::default()
+        },
+        coverage: few.then(|| buffer.coverage(&traced, world.as_ref())),
+        motion: past_frame.as_ref().map(|p| iprt::motion(&buffer, &frame.camera, frame.objects, &p.earlier)),
+        buffer,
+        lit: lighting.as_ref().unwrap_or(&photo),
+        pixels: (w * h) as u64,
+    };
+    clock.stage("g-buffer", stages.pixels, stages.pixels);
+
+    let (mut histories, mut update, mut active) = match past_frame {
+        Some(past) => (past.histories, past.update, past.active),
+        None => (Signals::<()>::default().map(|()| None), Update::default(), Image::filled(w, h, 0)),
+    };
+    let levels = if frame.options.settings.sparse && stages.motion.is_some() {
+        let levels = sparse::levels(&sparse::Params::default(), &stages.buffer.position, &stages.buffer.normal, &active);
+        clock.stage("sparse mask", stages.pixels, 0);
+        levels
+    } else {
+        Image::filled(w, h, 0)
+    };
+    if stages.motion.is_none() {
+        let params = iprt::Params { samples: samples.div_ceil(FIRST_LOOK), ..stages.params };
+        // Other random numbers, or the second look would repeat the first one's errors.
+        let look = iprt::Frame { stream: Stream { seed: frame.options.seed ^ 0x5bd1_e995, ..traced.stream }, ..traced };
+        let first = stages.real(&look, &params, &update, &levels, None, clock, &mut Vec::new(), progress)?;
+        update = first.update;
+    }
+    let real = stages.real(&traced, &stages.params, &update, &levels, Some(&mut histories), clock, warnings, progress)?;
+    sparse::update_activity(&sparse::Params::default(), &levels, &real.touched, &mut active);
+
+    let updated = UpdatedWorld::new(stages.world, traced.capture, &real.update);
+    let mut seen = iprt::trace_virtual(&traced, &updated, &stages.params, progress).ok_or(Error::Cancelled)?;
+    clock.stage("virtual pixels", stages.pixels, seen.rays);
+    if frame.options.denoise {
+        stages.filters(samples).seen(&mut seen, warnings)?;
+        clock.stage("filter virtual", stages.pixels, 0);
+    }
+    let coverage = stages.coverage.clone().unwrap_or_else(|| seen.coverage.clone());
+    stages.remember((&seen.coverage, &coverage), &mut seen.radiance, &mut histories.object)?;
+    clock.stage("history virtual", stages.pixels, 0);
+
+    let mut delta = delta_from_ratio(&photo, &real.irradiance.share, &real.ratio);
+    delta.data_mut().iter_mut().zip(real.mirror.data()).for_each(|(delta, mirror)| *delta += mirror);
+    let layers = TracedLayers {
+        delta,
+        albedo: Image::from_fn(w, h, |x, y| match stages.buffer.thing.get(x, y) {
+            0 => reflectance(stages.lit.get(x, y), real.irradiance.real.get(x, y) / real.irradiance.share.get(x, y)),
+            _ => stages.buffer.albedo.get(x, y),
+        }),
+        object: seen.radiance,
+        coverage,
+        depth: stages.buffer.depth,
+        normal: stages.buffer.normal,
+    };
+    *past = Some(State::new(frame, histories, real.update, active));
+    Ok(Filtered { photo, layers, irradiance: Some(real.irradiance), shadows: Vec::new() })
+}
+
+impl Stages<'_> {
+    fn filters(&self, samples: u32) -> Filters<'_> {
+        Filters { buffer: &self.buffer, samples, wrap: self.frame.camera.projection == Projection::Panorama }
+    }
+
+    /// The first pass with all that belongs to it, in a world as `known` so far; `histories` are left out for a first look.
+    #[expect(clippy::too_many_arguments, reason = "each is another stage's")]
+    fn real(
+        &self,
+        traced: &iprt::Frame<'_>,
+        params: &iprt::Params,
+        known: &Update,
+        levels: &Image<u8>,
+        histories: Option<&mut filter::Histories>,
+        clock: &mut Clock,
+        warnings: &mut Vec<String>,
+        progress: &dyn Progress,
+    ) -> Result<RealResult> {
+        let updated = UpdatedWorld::new(self.world, traced.capture, known);
+        let wanted = |x: usize, y: usize| sparse::is_traced(levels.get(x, y), x, y);
+        let mut real = iprt::trace_real(traced, &updated, params, None, wanted, progress).ok_or(Error::Cancelled)?;
+        clock.stage("real pixels", self.pixels, real.rays);
+        if levels.data().iter().any(|&l| l > 0) {
+            self.fill(levels, &mut real);
+            clock.stage("interpolation", self.pixels, 0);
+        }
+        if self.frame.options.denoise {
+            self.filters(params.samples).real(&mut real, warnings)?;
+            clock.stage("filter real", self.pixels, 0);
+        }
+        let share = match &self.coverage {
+            Some(coverage) => Image::from_fn(coverage.width(), coverage.height(), |x, y| {
+                if self.buffer.depth.get(x, y).is_finite() { 1.0 - coverage.get(x, y) } else { 0.0 }
+            }),
+            None => real.share.clone(),
+        };
+        let cap = self.frame.options.settings.captured.reflectance_cap;
+        let mut irradiance = Irradiance { share: real.share.clone(), real: real.irradiance, change: real.change };
+        let matte = irradiance.matte(self.lit, &real.mirror, cap)?;
+        let mut mirror = irradiance.mirror_delta(self.lit, &real.mirrored, &real.mirrored_mixed, cap)?;
+        if let Some(histories) = histories {
+            let shares = (&real.share, &share);
+            self.remember(shares, &mut irradiance.real, &mut histories.irradiance)?;
+            self.remember(shares, &mut irradiance.change, &mut histories.change)?;
+            self.remember(shares, &mut mirror, &mut histories.mirror)?;
+            irradiance.share = share;
+            clock.stage("history real", self.pixels, 0);
+        }
+        let ratio = irradiance.ratio(self.lit, cap)?;
+        let size = self.frame.inputs.photo.size();
+        let update = iprt::panorama_update(traced, self.world, &self.buffer, &ratio, &matte, size);
+        clock.stage("update", self.pixels, 0);
+        Ok(RealResult { irradiance, ratio, mirror, update, touched: real.touched })
+    }
+
+    /// Fills the pixels that were not traced.
+    fn fill(&self, levels: &Image<u8>, real: &mut RealEstimate) {
+        let shows_real = |x: usize, y: usize| self.buffer.shows_real(x, y);
+        let signals =
+            &mut [&mut real.irradiance, &mut real.change, &mut real.mirror, &mut real.mirrored, &mut real.mirrored_mixed];
+        sparse::interpolate(levels, shows_real, &mut real.share, signals);
+    }
+
+    /// Blends a signal with its history, where there is a frame before.
+    fn remember(
+        &self,
+        shares: (&Image<f32>, &Image<f32>),
+        signal: &mut Image<Vec3>,
+        history: &mut Option<temporal::History>,
+    ) -> Result<()> {
+        let wrap = self.frame.camera.projection == Projection::Panorama;
+        let still;
+        let (previous, previous_depth) = match &self.motion {
+            Some((previous, depth)) => (previous, depth),
+            None => {
+                *history = None;
+                still = Image::filled(signal.width(), signal.height(), glam::Vec2::NAN);
+                (&still, &self.buffer.depth)
+            }
+        };
+        let guides = temporal::Guides {
+            depth: &self.buffer.depth,
+            normal: &self.buffer.normal,
+            thing: &self.buffer.thing,
+            previous,
+            previous_depth,
+        };
+        remember(&temporal::Params { wrap, ..temporal::Params::default() }, &guides, shares, signal, history)
+    }
+}
+
+/// ρ = π·L / E, within [0, 1]; 0 where nothing arrives.
+fn reflectance(radiance: Vec3, irradiance: Vec3) -> Vec3 {
+    let rho = radiance * PI / irradiance;
+    if rho.is_finite() { rho.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO }
+}

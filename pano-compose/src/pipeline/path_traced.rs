@@ -1,0 +1,97 @@
+//! Frames of the methods that make their layers in one go, each frame by itself: the path tracers and mr360.
+
+use super::frame::{Filtered, Frame, View};
+use super::view::rescale_delta;
+use super::world::tracer_method;
+use super::{Clock, Error, Result, World};
+use crate::plan::EffectPlan;
+use pano_core::{camera::Projection, layers::TracedLayers, progress::Progress, random::Stream, scene::Method};
+use pano_denoise::cross_bilateral;
+use pano_trace::mr360;
+use pano_trace::tracer::{self, TraceParams, Traced};
+
+/// Traces and filters a frame; `lights` are those of mr360, with the plan that says what becomes of them.
+pub(super) fn trace(
+    frame: &Frame<'_>,
+    method: Method,
+    view: View,
+    lights: Option<(&mr360::Lighting, &EffectPlan)>,
+    clock: &mut Clock,
+    warnings: &mut Vec<String>,
+    progress: &dyn Progress,
+) -> Result<Filtered> {
+    let pixels = frame.pixels();
+    let params = TraceParams {
+        method: tracer_method(method),
+        samples: frame.scene.render.samples,
+        bounces: bounces(frame),
+        mis: frame.options.settings.mis,
+        second_order: frame.options.settings.second_order,
+        everywhere: frame.options.forced.contains(&("influence", false)),
+    };
+    let stream = Stream { frame: frame.options.frame, seed: frame.options.seed };
+    let traced_frame = tracer::Frame { camera: &frame.camera, objects: frame.objects, stream };
+    let mut shadows = Vec::new();
+    let Traced { mut layers, rays, discarded } = if frame.objects.is_empty() {
+        Traced { layers: TracedLayers::empty(frame.camera.width, frame.camera.height), rays: 0, discarded: 0 }
+    } else if let Some((found, plan)) = lights {
+        let params = mr360::Params {
+            samples: frame.scene.render.samples,
+            shadows: plan.is_on("light_shadows"),
+            ambient_occlusion: plan.is_on("ambient_occlusion"),
+            gloss: frame.options.settings.gloss,
+            gloss_roughness: frame.options.settings.gloss_roughness,
+            photo: &view.photo,
+        };
+        let lit = match frame.world {
+            World::Proxies(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
+            World::Captured(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
+        };
+        let lit = lit.ok_or(Error::Cancelled)?;
+        shadows = lit.shadows;
+        lit.traced
+    } else {
+        let traced = match frame.world {
+            World::Proxies(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
+            World::Captured(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
+        };
+        traced.ok_or(Error::Cancelled)?
+    };
+    if discarded > 0 {
+        warnings.push(format!("{discarded} samples were not finite and count as black"));
+    }
+    clock.stage("trace", pixels, rays);
+
+    // MR360 has the photo itself for the surfaces' colour.
+    if let Some(lighting) = view.lighting.filter(|_| lights.is_none()) {
+        rescale_delta(&mut layers, &view.photo, &lighting);
+    }
+    if frame.options.denoise && !frame.objects.is_empty() {
+        progress.begin("denoise", 1);
+        let wrap = frame.camera.projection == Projection::Panorama;
+        let params = cross_bilateral::Params { wrap, delta_passes: frame.options.settings.delta_passes, ..Default::default() };
+        let report = cross_bilateral::filter(&params, &mut layers)?;
+        for (layer, energy) in [("object", report.object), ("delta", report.delta)] {
+            // The filter conserves energy but for edges; more than this would be visible.
+            if energy.relative_change().abs() > 0.02 {
+                warnings.push(format!(
+                    "the filter changed the sum of the {layer} layer by {:.1} %",
+                    energy.relative_change() * 100.0
+                ));
+            }
+        }
+        progress.advance(1);
+        clock.stage("denoise", pixels, 0);
+    }
+    Ok(Filtered { photo: view.photo, layers, irradiance: None, shadows })
+}
+
+/// The scene's, unless several are forced off or on.
+fn bounces(frame: &Frame<'_>) -> u32 {
+    let forced = frame.options.forced.iter().find(|(effect, _)| *effect == "multi_bounce");
+    match (forced, frame.scene.render.bounces) {
+        (Some((_, false)), _) => 1,
+        (Some((_, true)), bounces) => bounces.max(2),
+        (None, bounces) => bounces,
+    }
+}

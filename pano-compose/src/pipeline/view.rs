@@ -1,0 +1,44 @@
+//! The real picture in the view.
+
+use super::{Inputs, Result, World};
+use glam::Vec3;
+use pano_core::{camera::Camera, image::RadianceImage, layers::TracedLayers, scene::Scene, sphere};
+
+/// The photo in the view and, for LDR input, the inversely tone-mapped one that lights the objects.
+pub(super) fn view_of_photo(
+    scene: &Scene,
+    inputs: &Inputs,
+    world: &World,
+    camera: &Camera,
+) -> Result<(RadianceImage, Option<RadianceImage>)> {
+    let turn = scene.panorama.world_from_pano();
+    let capture = scene.panorama.position;
+    let moved = camera.position.distance(capture) > 1e-4;
+    let view = |picture: &RadianceImage| -> Result<RadianceImage> {
+        if moved {
+            // Another place sees the surface from elsewhere: each pixel shows what the panorama shows of its point.
+            return Ok(RadianceImage::par_from_fn(camera.width, camera.height, |x, y| {
+                let d = camera.direction(glam::Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+                let seen = world.hit_position(camera.position, d).map_or(d, |p| p - capture);
+                sphere::bilinear(picture, sphere::uv_from_direction(turn.inverse() * seen))
+            }));
+        }
+        let mut out = RadianceImage::filled(camera.width, camera.height, Vec3::ZERO);
+        sphere::resample::view_from_panorama(picture, turn, camera, &mut out)?;
+        Ok(out)
+    };
+    let lighting = match &inputs.lighting {
+        Some(lighting) if world.reflects_picture() => Some(view(lighting)?),
+        _ => None,
+    };
+    Ok((view(&inputs.photo)?, lighting))
+}
+
+/// Where reflectance was read off an inversely tone-mapped picture, the change is relative to that picture: brings it to the
+/// photo's scale, L_photo·ΔE/E.
+pub(super) fn rescale_delta(layers: &mut TracedLayers, photo: &RadianceImage, lighting: &RadianceImage) {
+    for ((delta, photo), lighting) in layers.delta.data_mut().iter_mut().zip(photo.data()).zip(lighting.data()) {
+        let ratio = |p: f32, l: f32| if l > 0.0 { p / l } else { 1.0 };
+        *delta *= Vec3::new(ratio(photo.x, lighting.x), ratio(photo.y, lighting.y), ratio(photo.z, lighting.z));
+    }
+}

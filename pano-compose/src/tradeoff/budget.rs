@@ -1,0 +1,138 @@
+//! Settings for a wanted time or a wanted error, from a short calibration on this machine and this scene.
+
+use super::measure::Bench;
+use super::{Choice, PREPARATIONS, TradeoffParams, Truth};
+use crate::pipeline::{Error, Result};
+use pano_core::{
+    progress::Progress,
+    scene::{Render, Scene},
+};
+
+/// What is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// At most about this many milliseconds, reading included, writing not.
+    Time(f64),
+    /// An error of about this much, as [`super::Row::error`].
+    Error(f64),
+}
+
+/// What was chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chosen {
+    /// Where the knobs stand.
+    pub choice: Choice,
+    /// Milliseconds it should take.
+    pub expected_ms: f64,
+    /// Error it should have; `None` where only time was asked for.
+    pub expected_error: Option<f64>,
+    /// Why the goal cannot be met, if it cannot.
+    pub caveat: Option<String>,
+}
+
+/// Samples of the two calibrating pictures. Below four, pixels that need few samples do not get fewer.
+const FEW: u32 = 4;
+const MORE: u32 = 16;
+/// The share of a time budget that preparing the captured world may take.
+const PREPARATION_SHARE: f64 = 0.4;
+/// Samples of each half of the reference that errors are calibrated against.
+const REFERENCE: u32 = 96;
+/// Bounces of that reference, at least.
+const REFERENCE_BOUNCES: u32 = 6;
+/// Seeds of the reference.
+const SEEDS: [u32; 2] = [0x6361_6c31, 0x6361_6c32];
+
+/// Chooses settings for frame 0 of `scene`, with the scene's own method and number of bounces, and the filter if `denoise`.
+///
+/// # Errors
+/// As [`super::run`].
+pub fn choose(scene: &Scene, goal: Goal, denoise: bool, progress: &dyn Progress) -> Result<Chosen> {
+    let wanted = match goal {
+        Goal::Time(ms) => ms,
+        Goal::Error(error) => error,
+    };
+    if !(wanted.is_finite() && wanted > 0.0) {
+        return Err(Error::unsupported("a goal must be above 0", "ask for a time like 500ms or an error like 0.02"));
+    }
+    let params = TradeoffParams { repeats: 1, ..TradeoffParams::quick() };
+    let mut bench = Bench::new(scene, &params, progress)?;
+    let base = Choice { bounces: scene.render.bounces, denoise, ..bench.default_choice(bench.resolved()) };
+    match goal {
+        Goal::Time(ms) => for_time(&mut bench, &base, ms, progress),
+        Goal::Error(error) => for_error(&mut bench, &base, error, progress),
+    }
+}
+
+/// The dearest preparation that leaves time for tracing, and as many samples as fit.
+fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn Progress) -> Result<Chosen> {
+    progress.begin("calibrate", 3);
+    let mut prepared = base.clone();
+    if bench.is_captured() {
+        // From cheap to dear, as long as the next one, whose work is known, can be expected to fit.
+        for turned in PREPARATIONS.iter().rev() {
+            let next = base.prepared(turned);
+            let ms = bench.measure(&Choice { samples: 1, denoise: false, ..next.clone() }, progress)?.world_ms;
+            let fits = ms <= PREPARATION_SHARE * budget_ms;
+            if fits || turned == &PREPARATIONS[PREPARATIONS.len() - 1] {
+                prepared = next;
+            }
+            // The next dearer one takes at least four times as long.
+            if !fits || 4.0 * ms > PREPARATION_SHARE * budget_ms {
+                break;
+            }
+        }
+    }
+    progress.advance(1);
+    let time = |bench: &mut Bench<'_>, samples: u32| -> Result<f64> {
+        let row = bench.measure(&Choice { samples, ..prepared.clone() }, progress)?;
+        Ok(row.ms + bench.load_ms())
+    };
+    // The first picture warms up.
+    let one = time(bench, 1)?.min(time(bench, 1)?);
+    progress.advance(1);
+    let mut chosen =
+        Chosen { choice: Choice { samples: 1, ..prepared.clone() }, expected_ms: one, expected_error: None, caveat: None };
+    if one > budget_ms {
+        chosen.caveat = Some(format!("even one sample a pixel takes {one:.0} ms here"));
+        return Ok(chosen);
+    }
+    let few = time(bench, FEW)?;
+    let more = if few < budget_ms { time(bench, MORE)? } else { few };
+    progress.advance(1);
+    let slope = if few < budget_ms { (more - few) / f64::from(MORE - FEW) } else { (few - one) / f64::from(FEW - 1) };
+    let (from, at) = if few < budget_ms { (FEW, few) } else { (1, one) };
+    let fit = f64::from(from) + (budget_ms - at) / slope.max(1e-6);
+    let samples = fit.clamp(1.0, f64::from(Render::MAX_SAMPLES)) as u32;
+    chosen.choice.samples = samples;
+    chosen.expected_ms = at + slope * (f64::from(samples) - f64::from(from));
+    Ok(chosen)
+}
+
+/// As few samples as the error allows: a power law through the errors of two calibrating pictures.
+fn for_error(bench: &mut Bench<'_>, base: &Choice, wanted: f64, progress: &dyn Progress) -> Result<Chosen> {
+    progress.begin("calibrate", 4);
+    let reference = Choice { samples: REFERENCE, bounces: base.bounces.max(REFERENCE_BOUNCES), denoise: false, ..base.clone() };
+    let mut half = |seed: u32| -> Result<_> {
+        let picture = bench.picture(&reference, seed, progress)?.composite.color;
+        progress.advance(1);
+        Ok(picture)
+    };
+    let halves = [half(SEEDS[0])?, half(SEEDS[1])?];
+    bench.judge_by(&Truth { halves, error: None, origin: String::new() });
+    let mut at = |samples: u32| -> Result<(f64, f64)> {
+        let row = bench.measure(&Choice { samples, ..base.clone() }, progress)?;
+        progress.advance(1);
+        Ok((row.error, row.ms))
+    };
+    let ((few, few_ms), (more, more_ms)) = (at(FEW)?, at(MORE)?);
+    let load_ms = bench.load_ms();
+    // Filters and the error of the method itself make errors fall more slowly than with the square root.
+    let ratio = f64::from(MORE) / f64::from(FEW);
+    let power = if more > 0.0 { ((few / more).ln() / ratio.ln()).clamp(0.02, 0.5) } else { 0.5 };
+    let samples = (f64::from(MORE) * (more / wanted).powf(1.0 / power)).ceil().clamp(1.0, f64::from(Render::MAX_SAMPLES)) as u32;
+    let expected = more * (f64::from(MORE) / f64::from(samples)).powf(power);
+    let slope = (more_ms - few_ms) / f64::from(MORE - FEW);
+    let expected_ms = (more_ms + slope * (f64::from(samples) - f64::from(MORE))).max(0.0) + load_ms;
+    let caveat = (expected > 1.05 * wanted).then(|| format!("{samples} samples are the most there are"));
+    Ok(Chosen { choice: Choice { samples, ..base.clone() }, expected_ms, expected_error: Some(expected), caveat })
+}

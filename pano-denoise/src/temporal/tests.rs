@@ -1,0 +1,178 @@
+use super::*;
+use proptest::prelude::*;
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+
+/// A frame of one wall.
+struct Scene {
+    depth: Image<f32>,
+    normal: Image<Vec3>,
+    thing: Image<u32>,
+    previous: Image<Vec2>,
+}
+
+impl Scene {
+    fn still(w: usize, h: usize) -> Self {
+        Self {
+            depth: Image::filled(w, h, 2.0),
+            normal: Image::filled(w, h, Vec3::Z),
+            thing: Image::filled(w, h, 0),
+            previous: Image::from_fn(w, h, |x, y| Vec2::new(x as f32 + 0.5, y as f32 + 0.5)),
+        }
+    }
+
+    fn guides(&self) -> Guides<'_> {
+        Guides {
+            depth: &self.depth,
+            normal: &self.normal,
+            thing: &self.thing,
+            previous: &self.previous,
+            previous_depth: &self.depth,
+        }
+    }
+}
+
+fn noisy(w: usize, h: usize, seed: u64) -> Image<Vec3> {
+    let mut random = StdRng::seed_from_u64(seed);
+    Image::from_fn(w, h, |_, _| Vec3::splat(random.random_range(0.0..2.0)))
+}
+
+fn deviation(image: &Image<Vec3>) -> f32 {
+    (image.data().iter().map(|v| (v.x - 1.0).powi(2)).sum::<f32>() / image.data().len() as f32).sqrt()
+}
+
+/// Frames count equally at first, then by a tenth: noise falls with the root of the frames to √(0.1 / 1.9) = 1/4.4.
+#[test]
+fn a_still_scene_gets_smooth() {
+    let scene = Scene::still(48, 40);
+    let params = Params { clamp: f32::INFINITY, ..Params::default() };
+    let (mut history, mut first, mut last) = (None, 0.0, 0.0);
+    for frame in 0..60 {
+        let mut signal = noisy(48, 40, frame);
+        accumulate(&params, &scene.guides(), &mut signal, &mut history).unwrap();
+        match frame {
+            0 => first = deviation(&signal),
+            8 => assert!((first / deviation(&signal) - 3.0).abs() < 0.2, "nine frames"),
+            59 => last = deviation(&signal),
+            _ => {}
+        }
+    }
+    assert!((first / last - 4.36).abs() < 0.3, "{first} {last}");
+    assert!(history.unwrap().length().data().iter().all(|&n| n == 60));
+}
+
+/// A scene that moves by two and a half pixels a frame keeps its history.
+#[test]
+fn history_follows_motion() {
+    let (w, h) = (64, 16);
+    let picture = |x: f32| Vec3::splat((0.2 * x).sin() + 2.0);
+    let mut scene = Scene::still(w, h);
+    scene.previous = Image::from_fn(w, h, |x, y| Vec2::new(x as f32 + 3.0, y as f32 + 0.5));
+    let params = Params { clamp: f32::INFINITY, ..Params::default() };
+    let mut history = None;
+    for frame in 0..10 {
+        let mut signal = Image::from_fn(w, h, |x, _| picture(x as f32 + 2.5 * frame as f32));
+        accumulate(&params, &scene.guides(), &mut signal, &mut history).unwrap();
+        for x in 0..w / 2 {
+            let exact = picture(x as f32 + 2.5 * frame as f32);
+            // Each frame interpolates between texels once more.
+            assert!((signal.get(x, 5).x - exact.x).abs() < 0.05, "frame {frame}, column {x}");
+        }
+    }
+    let history = history.unwrap();
+    assert_eq!(history.length().get(0, 5), 10);
+    assert_eq!(history.length().get(w - 1, 5), 1, "what comes into view is new");
+}
+
+/// What was hidden, is another thing, is turned, or lies at another depth starts anew.
+#[test]
+fn what_was_not_seen_has_no_history() {
+    let (w, h) = (8, 8);
+    let change = |what: usize, scene: &mut Scene| match what {
+        0 => scene.thing.set(3, 3, 1),
+        1 => scene.normal.set(3, 3, Vec3::X),
+        2 => scene.depth.set(3, 3, 2.5),
+        3 => scene.previous.set(3, 3, Vec2::NAN),
+        4 => scene.previous.set(3, 3, Vec2::new(-4.0, 3.0)),
+        _ => scene.depth.set(3, 3, f32::INFINITY),
+    };
+    for what in 0..6 {
+        let mut history = None;
+        let scene = Scene::still(w, h);
+        accumulate(&Params::default(), &scene.guides(), &mut Image::filled(w, h, Vec3::ZERO), &mut history).unwrap();
+        let mut next = Scene::still(w, h);
+        change(what, &mut next);
+        let mut signal = Image::filled(w, h, Vec3::ONE);
+        let params = Params { clamp: f32::INFINITY, ..Params::default() };
+        accumulate(&params, &next.guides(), &mut signal, &mut history).unwrap();
+        assert_eq!(signal.get(3, 3), Vec3::ONE, "case {what}");
+        assert_eq!(signal.get(5, 5), Vec3::splat(0.5), "case {what}");
+    }
+}
+
+/// A shadow that jumps leaves no ghost, and another size or no history leaves the signal alone.
+#[test]
+fn ghosts_are_clamped_away() {
+    let scene = Scene::still(32, 32);
+    let mut history = None;
+    let dark = |x: usize, from: usize| Vec3::splat(if (from..from + 8).contains(&x) { 0.0 } else { 1.0 });
+    for _ in 0..20 {
+        accumulate(&Params::default(), &scene.guides(), &mut Image::from_fn(32, 32, |x, _| dark(x, 2)), &mut history).unwrap();
+    }
+    let mut moved = Image::from_fn(32, 32, |x, _| dark(x, 20));
+    accumulate(&Params::default(), &scene.guides(), &mut moved, &mut history).unwrap();
+    // In the middle of both stripes the neighbourhood is flat and the old value is worth nothing.
+    assert!(moved.get(5, 16).x > 0.999 && moved.get(23, 16).x < 1e-3, "{} {}", moved.get(5, 16), moved.get(23, 16));
+    let small = Scene::still(16, 16);
+    let mut signal = noisy(16, 16, 1);
+    let before = signal.clone();
+    accumulate(&Params::default(), &small.guides(), &mut signal, &mut history).unwrap();
+    assert_eq!(signal, before);
+    let bad = Params { blend: 0.0, ..Params::default() };
+    assert!(accumulate(&bad, &small.guides(), &mut signal, &mut history).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn finite_frames_stay_finite_and_constant_ones_constant(
+        motion in prop::collection::vec((-20.0f32..20.0, -20.0f32..20.0), 48),
+        extreme in prop_oneof![Just(f32::MAX), Just(f32::MIN), Just(0.0f32), -5.0f32..5.0],
+        wrap: bool, clamp in prop_oneof![Just(0.0f32), Just(1.5), Just(f32::INFINITY)],
+    ) {
+        let mut scene = Scene::still(8, 6);
+        scene.previous = Image::from_vec(8, 6, motion.into_iter().map(Vec2::from).collect()).unwrap();
+        let params = Params { wrap, clamp, ..Params::default() };
+        let (mut history, mut constant) = (None, None);
+        for frame in 0..4 {
+            let mut signal = noisy(8, 6, frame);
+            signal.set(2, 2, Vec3::splat(extreme));
+            accumulate(&params, &scene.guides(), &mut signal, &mut history).unwrap();
+            prop_assert!(signal.data().iter().all(|v| v.is_finite()));
+            let mut flat = Image::filled(8, 6, Vec3::splat(0.7));
+            accumulate(&params, &scene.guides(), &mut flat, &mut constant).unwrap();
+            prop_assert!(flat.data().iter().all(|v| (v.x - 0.7).abs() < 1e-6));
+        }
+    }
+
+    /// A panorama that turns by whole columns: history comes over the seam.
+    #[test]
+    fn rolling_the_input_rolls_the_output(by in 0usize..16, seed in 0u64..1000) {
+        let (w, h) = (16, 8);
+        let mut scene = Scene::still(w, h);
+        scene.previous = Image::from_fn(w, h, |x, y| Vec2::new(x as f32 + 3.25, y as f32 + 0.5));
+        let params = Params { wrap: true, ..Params::default() };
+        let (mut a, mut b) = (None, None);
+        for frame in 0..3 {
+            let mut plain = noisy(w, h, seed + frame);
+            let mut rolled = Image::from_fn(w, h, |x, y| plain.get((x + by) % w, y));
+            accumulate(&params, &scene.guides(), &mut plain, &mut a).unwrap();
+            accumulate(&params, &scene.guides(), &mut rolled, &mut b).unwrap();
+            for y in 0..h {
+                for x in 0..w {
+                    prop_assert!(rolled.get(x, y).distance(plain.get((x + by) % w, y)) < 1e-6, "({x}, {y})");
+                }
+            }
+        }
+    }
+}
