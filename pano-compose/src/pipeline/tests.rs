@@ -2,6 +2,7 @@ use super::*;
 use glam::{Vec2, Vec3};
 use pano_core::image::Image;
 use pano_core::progress::{Progress, Silent};
+use pano_core::scene::Method;
 use pano_core::{io, sphere};
 use std::path::PathBuf;
 
