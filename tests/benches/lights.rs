@@ -32,13 +32,13 @@ fn lights(c: &mut Criterion) {
     let rest = found.clamped(&map);
     group.bench_function("detect at 600×150", |b| b.iter(|| detect::detect(black_box(&map), &params)));
     group.bench_function("detect in HDR 4096×2048", |b| {
-        b.iter(|| detect::detect(&WorkingMap::from_hdr(black_box(&large)), &params));
+        b.iter(|| detect::detect(&WorkingMap::upper_from_hdr(black_box(&large)), &params));
     });
     group.bench_function("detect in LDR 4096×2048", |b| {
-        b.iter(|| detect::detect(&WorkingMap::from_ldr(black_box(&large)), &params));
+        b.iter(|| detect::detect(&WorkingMap::upper_from_ldr(black_box(&large)), &params));
     });
     group.bench_function("detect in LDR 1024×512", |b| {
-        b.iter(|| detect::detect(&WorkingMap::from_ldr(black_box(&small)), &params));
+        b.iter(|| detect::detect(&WorkingMap::upper_from_ldr(black_box(&small)), &params));
     });
     group.bench_function("detect clipped in LDR 1024×512", |b| {
         b.iter(|| clipped::detect(black_box(&small), &map, &clipped::Params::default()));

@@ -18,9 +18,9 @@
 //!
 //! The exponents were chosen by how often the strongest light found lies within 15° of a light at least half as strong as the
 //! strongest of the HDR picture, over twelve HDR panoramas clipped at five exposures each (82 % against MR360's 64 %), and
-//! checked on six others (30 of 30 against 81 %). They lie on a plateau: changing any by a quarter changes the first figure by
-//! two points. Shadows on walls and the ground were tried as a hint and did not help: a panorama shows too few surfaces of
-//! known shape. `docs/lights.md` tells where it fails.
+//! checked on six others (30 of 30 against 24). They lie on a plateau: changing any by a quarter changes the first figure by
+//! two points. Shading as a hint (what stands across from a light is brighter than what stands before it) was tried and did not
+//! help; cast shadows are not looked for. `docs/lights.md` tells where it fails.
 //!
 //! S makes the estimate irradiance in units of the expanded map. It is a median over the same pictures; single lights are off by
 //! a factor of 5 either way, as must be expected of what clipping has removed.

@@ -9,7 +9,7 @@
 //! - Ambient occlusion is one ray a sample over the hemisphere.
 //!
 //! *Departures*: the paper's shadow maps and screen-space effects are rays here. A ray of ambient occlusion that meets an object
-//! takes away what the clamped map shows behind it and adds what the object sends, where the paper darkens all directions
+//! takes away what the clamped map shows behind it and adds what the object sends, at most as much, where the paper darkens all directions
 //! alike; that gives contact shadows their direction and colour bleeding. Objects seen in objects are shaded once, without
 //! rays of their own for ambient light.
 

@@ -74,32 +74,30 @@ impl<W: RealWorld> Shader<'_, W> {
         }
         let direction = cosine_direction(normal, walk.sampler.next_2d());
         let ray = Ray::new(offset_point(surface.position, surface.bsdf.offset_normal(direction)), direction);
-        match self.blocker(&ray, walk) {
-            // The map's mean stays for all rays that are free; a blocked one gives up what lies behind.
-            Some(radiance) => open + radiance - self.environment(direction),
-            None => open,
-        }
+        // The map's mean stays for all rays that are free; a blocked one gives up what lies behind.
+        open + self.blocked(&ray, walk)
     }
 
-    /// What the nearest object on the ray sends back, if there is one.
-    fn blocker(&self, ray: &Ray, walk: &mut Walk) -> Option<Vec3> {
+    /// By how much the nearest object on the ray changes the light that arrives along it.
+    ///
+    /// What it reflects counts at most as much as what it hides: where things touch, their undersides lie in a shadow that is
+    /// not traced, and would light up the ground.
+    fn blocked(&self, ray: &Ray, walk: &mut Walk) -> Vec3 {
         walk.rays += 1;
-        let hit = self.tracer.objects.intersect(ray)?;
+        let Some(hit) = self.tracer.objects.intersect(ray) else { return Vec3::ZERO };
         let surface = self.tracer.objects.surface(ray, &hit);
         let lobes = surface.bsdf.lobes();
+        let behind = self.environment(ray.direction);
         if lobes.transmission > 0.0 {
             // Glass lets through, roughly, what lies behind it.
-            return Some(self.environment(ray.direction) * lobes.transmission);
+            return behind * (lobes.transmission - 1.0);
         }
-        // Lights count unblocked only where they face the surface: near contacts they mostly do not.
         let to_map = self.lighting.pano_from_world;
         let normal = surface.bsdf.normal();
         let mirrored = ray.direction - normal * (2.0 * ray.direction.dot(normal));
-        Some(
-            surface.emission
-                + lobes.diffuse * self.lighting.maps.diffuse(to_map * normal)
-                + lobes.specular * self.lighting.maps.specular(to_map * mirrored, lobes.roughness),
-        )
+        let reflected = lobes.diffuse * self.lighting.maps.diffuse(to_map * normal)
+            + lobes.specular * self.lighting.maps.specular(to_map * mirrored, lobes.roughness);
+        surface.emission + reflected.min(behind) - behind
     }
 
     /// Mean radiance in the lobe about the mirrored direction. A ray of the lobe looks for objects and real surfaces there.
@@ -143,9 +141,7 @@ impl<W: RealWorld> Shader<'_, W> {
         let mut change = Vec3::ZERO;
         if self.params.ambient_occlusion {
             let direction = cosine_direction(hit.normal, walk.sampler.next_2d());
-            if let Some(radiance) = self.blocker(&Ray::new(origin, direction), walk) {
-                change += (radiance - self.environment(direction)) * PI;
-            }
+            change += self.blocked(&Ray::new(origin, direction), walk) * PI;
         }
         for (source, count) in self.lights().iter().zip(shadows) {
             without += source.intensity * source.direction.dot(hit.normal).max(0.0);

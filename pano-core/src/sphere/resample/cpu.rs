@@ -47,12 +47,12 @@ pub(super) fn enlarge(panorama: &RadianceImage, resized: &mut RadianceImage) {
     fill(resized, |x, y| bilinear(panorama, center(x, y) / size));
 }
 
-/// Averages `f` of the pixels over solid angle. An axis of the same size stays as it is.
-pub(super) fn shrink(panorama: &RadianceImage, f: impl Fn(Vec3) -> Vec3 + Sync, resized: &mut RadianceImage) {
+/// Averages `f` of the pixels over solid angle, for the first `rows` rows. An axis of the same size stays as it is.
+pub(super) fn shrink(panorama: &RadianceImage, f: impl Fn(Vec3) -> Vec3 + Sync, resized: &mut RadianceImage, rows: usize) {
     let (width, height) = resized.size();
     let columns: Vec<Vec<(usize, f64)>> =
         (0..width).map(|x| overlaps(x, width, panorama.width()).map(|(i, [a, b])| (i, b - a)).collect()).collect();
-    resized.data_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+    resized.data_mut().par_chunks_mut(width).take(rows).enumerate().for_each(|(y, row)| {
         // Down first: that pass reads every pixel once, in order. f64: a sun of 1e5 among thousands of dim pixels must not
         // swallow them; a few rows at a time are added in f32, which is twice as fast and exact enough for so few.
         let mut sums = vec![DVec3::ZERO; panorama.width()];

@@ -43,19 +43,26 @@ pub fn view_from_panorama(
 /// An axis that shrinks is averaged, every pixel weighted by its exact solid angle within the new pixel: the integral of
 /// radiance over the sphere stays the same. An axis that grows is interpolated, over the seam and the poles.
 pub fn resize_panorama(panorama: &RadianceImage, resized: &mut RadianceImage) {
-    resize_mapped_panorama(panorama, |pixel| pixel, resized);
+    let rows = resized.height();
+    resize_mapped_panorama(panorama, |pixel| pixel, resized, rows);
 }
 
-/// [`resize_panorama`] of the picture with `f` applied to every pixel, which is not kept: a large frame is read only once.
-pub fn resize_mapped_panorama(panorama: &RadianceImage, f: impl Fn(Vec3) -> Vec3 + Sync, resized: &mut RadianceImage) {
+/// The first `rows` rows of [`resize_panorama`] of the picture with `f` applied to every pixel, which is not kept: a large
+/// frame is read only once, and only as far as it is needed. What further rows of `resized` hold is not specified.
+pub fn resize_mapped_panorama(
+    panorama: &RadianceImage,
+    f: impl Fn(Vec3) -> Vec3 + Sync,
+    resized: &mut RadianceImage,
+    rows: usize,
+) {
     let smaller = (panorama.width().min(resized.width()), panorama.height().min(resized.height()));
     if smaller == panorama.size() {
         cpu::enlarge(&panorama.map(f), resized);
     } else if smaller == resized.size() {
-        cpu::shrink(panorama, f, resized);
+        cpu::shrink(panorama, f, resized, rows);
     } else {
         let mut between = Image::filled(smaller.0, smaller.1, Vec3::ZERO);
-        cpu::shrink(panorama, f, &mut between);
+        cpu::shrink(panorama, f, &mut between, smaller.1);
         cpu::enlarge(&between, resized);
     }
 }
