@@ -4,8 +4,7 @@ use super::*;
 use glam::{Vec2, Vec3};
 use pano_core::image::Image;
 use pano_core::progress::{Progress, Silent};
-use pano_core::scene::Method;
-use pano_core::{io, sphere};
+use pano_core::{io, scene::Method, sphere};
 use std::path::PathBuf;
 
 /// A folder with a mesh and whatever else a test writes into it.
