@@ -12,6 +12,7 @@
 mod delta;
 mod differential;
 mod ibl;
+mod mirror;
 mod path;
 mod render;
 

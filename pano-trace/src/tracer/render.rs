@@ -170,9 +170,9 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                         mixed - real
                     }
                     Method::TwoPass => self.two_pass(&hit, bounces, walk),
-                    Method::Ibl => Vec3::ZERO,
+                    Method::Ibl => return (false, Vec3::ZERO),
                 };
-                (false, change)
+                (false, change + self.mirror_change(&hit, ray.direction, bounces, walk))
             }
         }
     }

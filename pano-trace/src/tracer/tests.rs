@@ -1,15 +1,16 @@
 //! Closed forms for the change of a plane. What the estimators must agree on is tested across crates, in `tests/`.
 
 use super::*;
+use crate::bvh::Ray;
 use crate::objects::{Objects, Placement, PreparedMesh};
-use crate::world::{Proxy, ProxyShape, ProxyWorld, Reflectance};
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use crate::world::{CapturedOptions, CapturedWorld, Proxy, ProxyShape, ProxyWorld, Reflectance};
+use glam::{Affine3A, Quat, UVec2, Vec2, Vec3};
 use pano_core::builtin::primitives;
 use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
-use pano_core::image::RadianceImage;
+use pano_core::image::{Image, RadianceImage};
 use pano_core::material::Material;
 use pano_core::progress::{Progress, Silent};
-use pano_core::random::Stream;
+use pano_core::random::{Sampler, Stream};
 use std::sync::Arc;
 
 const ALBEDO: Vec3 = Vec3::new(0.8, 0.5, 0.2);
@@ -196,4 +197,46 @@ fn a_cancelled_render_gives_nothing() {
     let objects = balls(&[(Vec3::Y, 0.5)], &Material::default());
     let frame = Frame { camera: &patch(0.0, 0.0), objects: &objects, stream: Stream::default() };
     assert!(render(&frame, &world, &TraceParams::default(), &Cancel).is_none());
+}
+
+/// A captured box, 2 m to each side, 1.5 m below and above the capture point, whose floor sends out `floor` and all else `rest`.
+fn captured_box(floor: f32, rest: f32) -> CapturedWorld {
+    let (w, h) = (256, 128);
+    let half = Vec3::new(2.0, 1.5, 2.0);
+    let direction = |x: usize, y: usize| {
+        pano_core::sphere::direction_from_uv(Vec2::new((x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32))
+    };
+    let distance = |d: Vec3| (half / d.abs()).min_element();
+    let depth = Image::from_fn(w, h, |x, y| distance(direction(x, y)));
+    let radiance = RadianceImage::from_fn(w, h, |x, y| {
+        let d = direction(x, y);
+        Vec3::splat(if d.y * distance(d) < -1.499 { floor } else { rest })
+    });
+    let options = CapturedOptions { irradiance_width: 128, irradiance_samples: 64, ..CapturedOptions::default() };
+    CapturedWorld::new(Arc::new(radiance), &depth, Quat::IDENTITY, Vec3::ZERO, &[], &options, &Silent).unwrap()
+}
+
+/// A floor brighter than the room can light it mirrors the room, up to what the room shows: there a black ball takes away just
+/// the light beyond diffuse, in the mirror's direction only. A floor brighter than the room is a lamp.
+#[test]
+fn bright_floors_mirror_objects_and_lamps_do_not() {
+    // Halfway up to the ceiling's point that the floor mirrors towards the capture point.
+    let seen = Vec3::new(0.4, -1.5, 0.3);
+    let objects = balls(&[(Vec3::new(0.8, 0.0, 0.6), 0.2)], &Material::diffuse(Vec3::ZERO));
+    let params = TraceParams::default();
+    for (floor, rest, mirrors) in [(1.4, 1.5, true), (4.0, 1.5, false), (0.5, 1.5, false)] {
+        let world = captured_box(floor, rest);
+        let tracer = Tracer { objects: &objects, world: &world, params: &params };
+        let change = |at: Vec3| {
+            let mut walk = Walk { sampler: Sampler::new(UVec2::ZERO, 0, Stream::default()), rays: 0 };
+            let ray = Ray::new(Vec3::ZERO, at.normalize());
+            let hit = world.hit(&ray).unwrap();
+            (tracer.mirror_change(&hit, ray.direction, 3, &mut walk), world.beyond_diffuse(&hit))
+        };
+        let ((inside, beyond), (outside, _)) = (change(seen), change(Vec3::new(-0.4, -1.5, 0.3)));
+        let expected = if mirrors { -beyond } else { 0.0 };
+        assert!((inside - expected).abs().max_element() < 1e-4, "floor {floor}: {inside} for {expected}");
+        assert!(!mirrors || beyond > 0.02, "floor {floor}: {beyond}");
+        assert_eq!(outside, Vec3::ZERO);
+    }
 }

@@ -87,6 +87,12 @@ pub trait RealWorld: Sync {
     /// Diffuse reflectance at a hit.
     fn reflectance(&self, hit: &RealHit) -> Vec3;
 
+    /// Luminance at a hit beyond what the largest diffuse reflectance could send out: a lamp's own light, or a mirror image.
+    fn beyond_diffuse(&self, hit: &RealHit) -> f32 {
+        let _ = hit;
+        0.0
+    }
+
     /// A direction in proportion to the light expected at `from`. `None` in a black world.
     fn sample_light(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
 

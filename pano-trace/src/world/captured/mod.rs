@@ -11,6 +11,7 @@ use crate::prt::{DepthField, FieldOptions};
 use glam::{Quat, Vec2, Vec3};
 use irradiance::IrradianceMap;
 use pano_core::{color, distribution::SphereDistribution, image::Image, image::RadianceImage, progress::Progress, sphere};
+use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 /// How a captured field is prepared.
@@ -184,6 +185,12 @@ impl RealWorld for CapturedWorld {
     fn reflectance(&self, hit: &RealHit) -> Vec3 {
         let radiance = hit.radiance.filter(|_| hit.surface == SEEN);
         radiance.map_or(Vec3::ZERO, |radiance| reflectance_from(radiance, self.irradiance(hit), self.cap))
+    }
+
+    fn beyond_diffuse(&self, hit: &RealHit) -> f32 {
+        let diffuse = || self.irradiance(hit) * (self.cap * FRAC_1_PI);
+        let radiance = hit.radiance.filter(|_| hit.surface == SEEN && self.irradiance.is_some());
+        radiance.map_or(0.0, |radiance| color::luminance((radiance - diffuse()).max(Vec3::ZERO)))
     }
 
     #[inline]

@@ -1,0 +1,38 @@
+//! The change of mirror images on real surfaces.
+//!
+//! A captured surface is taken for diffuse up to the largest reflectance; what it sends out beyond that is a lamp's own light or
+//! the image of what lies in the direction of mirror reflection. It is taken for the image if what lies there is bright
+//! enough, with the quotient as the mirror's reflectance: a lamp is brighter than what it mirrors and keeps its light. Where an
+//! object comes in between, it shows in place of what was there.
+
+use super::path::{First, Scene};
+use super::{Tracer, Walk};
+use crate::bvh::Ray;
+use crate::world::{RealHit, RealWorld};
+use glam::Vec3;
+use pano_core::color::luminance;
+
+impl<'a, W: RealWorld> Tracer<'a, W> {
+    /// One estimate of that change at a real surface seen along `direction`.
+    pub(super) fn mirror_change(&self, hit: &RealHit, direction: Vec3, bounces: u32, walk: &mut Walk) -> Vec3 {
+        let beyond = self.world.beyond_diffuse(hit);
+        if beyond <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let ray = Ray::new(self.world.leave(hit), direction - hit.normal * (2.0 * direction.dot(hit.normal)));
+        walk.rays += 1;
+        let Some(object) = self.objects.intersect(&ray) else { return Vec3::ZERO };
+        walk.rays += 1;
+        let before = match self.world.hit(&ray) {
+            Some(real) if real.t < object.hit.t => return Vec3::ZERO,
+            Some(real) => real.radiance.unwrap_or(Vec3::ZERO),
+            None => self.world.infinity(ray.direction),
+        };
+        let mirrored = luminance(before);
+        if mirrored < beyond {
+            return Vec3::ZERO;
+        }
+        let after = self.radiance(ray, First::Object(object), None, bounces - 1, Scene::Mixed, walk);
+        (after - before) * (beyond / mirrored)
+    }
+}
