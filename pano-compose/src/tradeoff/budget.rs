@@ -30,6 +30,8 @@ pub struct Chosen {
     pub caveat: Option<String>,
 }
 
+/// The share of a time budget that the longest calibrating picture should take.
+const CALIBRATION_SHARE: f64 = 0.05;
 /// Samples of the two calibrating pictures. Below four, pixels that need few samples do not get fewer.
 const FEW: u32 = 4;
 const MORE: u32 = 16;
@@ -96,16 +98,26 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
         chosen.caveat = Some(format!("even one sample a pixel takes {one:.0} ms here"));
         return Ok(chosen);
     }
-    let few = time(bench, FEW)?;
-    let more = if few < budget_ms { time(bench, MORE)? } else { few };
+    // More samples until what is measured is a fair share of what is wanted, and not the clock's own noise.
+    let ((mut few, mut few_ms), (mut more, mut more_ms)) = ((1, one), (FEW, time(bench, FEW)?));
+    while more_ms < CALIBRATION_SHARE * budget_ms && more <= Render::MAX_SAMPLES / 4 {
+        (few, few_ms) = (more, more_ms);
+        more *= 4;
+        more_ms = time(bench, more)?;
+    }
     progress.advance(1);
-    let slope = if few < budget_ms { (more - few) / f64::from(MORE - FEW) } else { (few - one) / f64::from(FEW - 1) };
-    let (from, at) = if few < budget_ms { (FEW, few) } else { (1, one) };
-    let fit = f64::from(from) + (budget_ms - at) / slope.max(1e-6);
-    let samples = fit.clamp(1.0, f64::from(Render::MAX_SAMPLES)) as u32;
+    let (samples, expected_ms) = extrapolate((few, few_ms), (more, more_ms), budget_ms);
     chosen.choice.samples = samples;
-    chosen.expected_ms = at + slope * (f64::from(samples) - f64::from(from));
+    chosen.expected_ms = expected_ms;
     Ok(chosen)
+}
+
+/// The samples for which the line through two (samples, milliseconds) reaches `budget_ms`, at least 1, and its time there.
+fn extrapolate((few, few_ms): (u32, f64), (more, more_ms): (u32, f64), budget_ms: f64) -> (u32, f64) {
+    let slope = ((more_ms - few_ms) / f64::from(more - few)).max(1e-6);
+    let fit = f64::from(more) + (budget_ms - more_ms) / slope;
+    let samples = fit.clamp(1.0, f64::from(Render::MAX_SAMPLES)) as u32;
+    (samples, more_ms + slope * (f64::from(samples) - f64::from(more)))
 }
 
 /// As few samples as the error allows: a power law through the errors of two calibrating pictures.
@@ -135,4 +147,18 @@ fn for_error(bench: &mut Bench<'_>, base: &Choice, wanted: f64, progress: &dyn P
     let expected_ms = (more_ms + slope * (f64::from(samples) - f64::from(MORE))).max(0.0) + load_ms;
     let caveat = (expected > 1.05 * wanted).then(|| format!("{samples} samples are the most there are"));
     Ok(Chosen { choice: Choice { samples, ..base.clone() }, expected_ms, expected_error: Some(expected), caveat })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_through_two_times_reaches_the_budget() {
+        assert_eq!(extrapolate((1, 20.0), (16, 50.0), 150.0), (66, 150.0));
+        assert_eq!(extrapolate((1, 20.0), (4, 80.0), 40.0).0, 2);
+        // A clock that runs backwards, and a budget without end.
+        assert_eq!(extrapolate((1, 20.0), (4, 19.0), 1e12).0, Render::MAX_SAMPLES);
+        assert_eq!(extrapolate((1, 20.0), (4, 80.0), 1.0).0, 1);
+    }
 }
