@@ -13,7 +13,7 @@ impl Demo {
     /// written; each is either written whole or not at all.
     ///
     /// # Errors
-    /// [`Error::Core`] names the first file that cannot be written.
+    /// [`crate::pipeline::Error::Core`] names the first file that cannot be written.
     pub fn write(&self, folder: &Folder) -> Result<Vec<String>> {
         let mut names = Vec::new();
         let mut path = |name: &str| {
