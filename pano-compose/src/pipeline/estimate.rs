@@ -2,7 +2,11 @@
 
 use super::{Clock, Frame, Loader, RenderOptions, Result, Stats, World, build_world, prepare_objects, resolve_method};
 use crate::plan::{EffectPlan, PlannedEffect};
-use pano_core::{progress::Progress, scene::Scene};
+use pano_core::{
+    progress::Progress,
+    scene::{Method, Scene},
+};
+use pano_trace::world::CapturedOptions;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -46,24 +50,23 @@ pub fn plan(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> 
     clock.stage("load", 0, 0);
     let method = resolve_method(scene, &inputs, &mut Vec::new())?;
 
-    // The captured world, small: a fixed part and one in proportion to texels and samples.
     let full = options.settings.captured;
-    let mut timed = Vec::new();
-    let mut world: Option<World> = None;
-    for width in WIDTHS {
+    let build = |width: usize| -> Result<(World, f64, f64)> {
         let mut settings = options.settings;
         settings.captured.irradiance_width = width.min(full.irradiance_width);
         settings.captured.irradiance_samples = PAIRS.min(full.irradiance_samples);
         let begin = Instant::now();
-        world = Some(build_world(scene, &inputs, &objects, &settings, &mut Vec::new(), progress)?);
-        let work = (settings.captured.irradiance_width.pow(2) as u32 * settings.captured.irradiance_samples) as f64;
-        timed.push((work, begin.elapsed().as_secs_f64() * 1e3));
+        let world = build_world(scene, &inputs, &objects, &settings, &mut Vec::new(), progress)?;
+        Ok((world, work(&settings.captured), begin.elapsed().as_secs_f64() * 1e3))
+    };
+    let (world, w1, t1) = build(WIDTHS[1])?;
+    let mut world_ms = t1;
+    if matches!(world, World::Captured(_)) && method != Method::Ibl {
+        // A fixed part, and one in proportion to the texels and samples of the irradiance map.
+        let (_, w0, t0) = build(WIDTHS[0])?;
+        let rate = if w1 > w0 { ((t1 - t0) / (w1 - w0)).max(0.0) } else { 0.0 };
+        world_ms += rate * (work(&full) - w1).max(0.0);
     }
-    let Some(world) = world else { unreachable!("two worlds are built") };
-    let ((w0, t0), (w1, t1)) = (timed[0], timed[1]);
-    let rate = if w1 > w0 { ((t1 - t0) / (w1 - w0)).max(0.0) } else { 0.0 };
-    let work = full.irradiance_width.pow(2) as f64 * f64::from(full.irradiance_samples);
-    let world_ms = t1 + rate * (work - w1).max(0.0);
 
     let camera = scene.camera(inputs.photo.size());
     let pixels = (camera.width * camera.height) as f64;
@@ -90,6 +93,11 @@ pub fn plan(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> 
     }
     // The small picture had a plan of its own size; every effect is decided by the scene alone.
     Ok(Plan { method: method.name(), plan: stats.plan.effects().to_vec(), stages })
+}
+
+/// Texels times samples of an irradiance map.
+fn work(options: &CapturedOptions) -> f64 {
+    options.irradiance_width.pow(2) as f64 * f64::from(options.irradiance_samples)
 }
 
 /// What a stage is for.

@@ -4,7 +4,7 @@ use super::{Inputs, Settings};
 use glam::Quat;
 use pano_core::image::RadianceImage;
 use pano_core::io::SourceEncoding;
-use pano_core::light::DirectionalLight;
+use pano_core::light::{DirectionalLight, RadianceMaps};
 use pano_core::scene::Scene;
 use pano_light::track::{self, Tracker};
 use pano_light::{WorkingMap, clipped, detect, ibl};
@@ -30,11 +30,12 @@ pub(super) struct Lights {
 }
 
 /// What one panorama gives.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Found {
-    map: Arc<WorkingMap>,
+    map: WorkingMap,
     lights: Vec<DirectionalLight>,
-    rest: Arc<RadianceImage>,
+    /// Of what is left without the lights, in units of the photo.
+    maps: RadianceMaps,
 }
 
 impl Lights {
@@ -64,8 +65,9 @@ impl Found {
             Detector::Clipped if ldr => clipped::detect(&inputs.photo, &map, &clipped::Params::default()),
             _ => detect::detect(&map, &detect::Params::default()),
         };
-        let rest = Arc::new(detection.clamped(&map));
-        Self { map: Arc::new(map), lights: detection.lights, rest }
+        let scale = inputs.expansion().recip();
+        let maps = ibl::radiance_maps(&detection.clamped(&map).map(|p| p * scale));
+        Self { map, lights: detection.lights, maps }
     }
 }
 
@@ -84,7 +86,7 @@ fn lighting(
         ..light.rotated(world_from_pano)
     };
     Lighting {
-        maps: ibl::radiance_maps(&found.rest.map(|p| p * scale)),
+        maps: found.maps.clone(),
         lights: lights.map(scaled).collect(),
         pano_from_world: world_from_pano.inverse(),
         capture: scene.panorama.position,

@@ -6,8 +6,9 @@ use pano_core::image::Image;
 use pano_core::io::{self, SourceEncoding};
 use std::path::Path;
 
-/// Writes the composite: all layers to `.exr`, with `shadow.<light>.V` of each light where the method has them; otherwise the composite alone, display-encoded, as the name's extension says
-/// (`.png` with 16 bits a channel if the panorama had them).
+/// Writes the composite: all layers to `.exr`, with irradiance and the `shadow.<light>.V` of each light where the method has
+/// them; otherwise the composite alone, display-encoded, as the name's extension says (`.png` with 16 bits a channel if the
+/// panorama had them).
 ///
 /// # Errors
 /// If the file cannot be written or its extension means no format. Nothing half-written is left behind.

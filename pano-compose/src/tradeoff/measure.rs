@@ -54,13 +54,13 @@ impl Judge {
     }
 }
 
-/// One picture and what it took.
-pub(super) struct Shot {
-    pub(super) picture: RadianceImage,
+/// What one picture took, and how far off it was.
+struct Shot {
     ms: f64,
     world_ms: f64,
     trace_ms: f64,
     denoise_ms: f64,
+    error: f64,
 }
 
 impl<'a> Bench<'a> {
@@ -88,8 +88,8 @@ impl<'a> Bench<'a> {
         self.load_ms
     }
 
-    pub(super) fn methods(&self) -> Vec<Method> {
-        self.methods.clone()
+    pub(super) fn methods(&self) -> &[Method] {
+        &self.methods
     }
 
     /// What the scene's own method stands for.
@@ -215,30 +215,24 @@ impl<'a> Bench<'a> {
 
     /// Takes time and error of a choice.
     pub(super) fn measure(&mut self, choice: &Choice, progress: &dyn Progress) -> Result<Row> {
-        let (row, _) = self.measure_and_keep(choice, progress)?;
-        Ok(row)
-    }
-
-    /// The same, with the last of the pictures.
-    pub(super) fn measure_and_keep(&mut self, choice: &Choice, progress: &dyn Progress) -> Result<(Row, RadianceImage)> {
         let mut shots: Vec<Shot> = Vec::new();
         for repeat in 0..self.params.repeats.max(1) {
             let (rendered, world_ms) = self.render(choice, self.params.seed.wrapping_add(repeat), &Quiet(progress))?;
             let of =
                 |name: &str| rendered.stats.stages.iter().filter(|s| s.name == name).map(|s| s.ms).fold(0.0, |sum, ms| sum + ms);
             let (trace_ms, denoise_ms, ms) = (of("trace"), of("denoise"), rendered.stats.total_ms + world_ms);
-            shots.push(Shot { picture: rendered.composite.color, ms, world_ms, trace_ms, denoise_ms });
+            let error = self.error_of(&rendered.composite.color)?;
+            shots.push(Shot { ms, world_ms, trace_ms, denoise_ms, error });
         }
-        let errors = shots.iter().map(|s| self.error_of(&s.picture)).collect::<Result<Vec<f64>>>()?;
-        let n = errors.len() as f64;
-        let error = errors.iter().sum::<f64>() / n;
-        let variance = errors.iter().map(|e| (e - error).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        let n = shots.len() as f64;
+        let error = shots.iter().map(|s| s.error).sum::<f64>() / n;
+        let variance = shots.iter().map(|s| (s.error - error).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
         let median = |of: fn(&Shot) -> f64| {
             let mut values: Vec<f64> = shots.iter().map(of).collect();
             values.sort_by(f64::total_cmp);
             0.5 * (values[(values.len() - 1) / 2] + values[values.len() / 2])
         };
-        let row = Row {
+        Ok(Row {
             series: String::new(),
             arguments: choice.arguments(),
             method: choice.method.name().into(),
@@ -252,10 +246,8 @@ impl<'a> Bench<'a> {
             denoise_ms: median(|s| s.denoise_ms),
             error,
             error_se: (variance / n).sqrt(),
-            repeats: errors.len() as u32,
-        };
-        let last = shots.pop().map_or_else(|| self.inputs.photo.as_ref().clone(), |s| s.picture);
-        Ok((row, last))
+            repeats: shots.len() as u32,
+        })
     }
 }
 

@@ -128,7 +128,7 @@ fn samples() -> &'static Knob {
 fn combinations(bench: &Bench<'_>) -> Vec<Choice> {
     let mut all = Vec::new();
     for (i, turned) in PREPARATIONS.iter().enumerate() {
-        for method in bench.methods() {
+        for &method in bench.methods() {
             if i > 0 && !(bench.is_captured() && method == bench.resolved()) {
                 continue;
             }

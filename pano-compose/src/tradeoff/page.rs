@@ -82,7 +82,7 @@ fn origin(truth: &Truth) -> String {
 
 /// The choice of a row in combinations.
 fn choice_of(bench: &Bench<'_>, row: &Row) -> Option<Choice> {
-    let method = bench.methods().into_iter().find(|m| m.name() == row.method)?;
+    let method = *bench.methods().iter().find(|m| m.name() == row.method)?;
     let choice = Choice { samples: row.samples, bounces: row.bounces, denoise: row.denoise, ..bench.default_choice(method) };
     // The preparation is only told by the arguments.
     PREPARATIONS.iter().map(|p| choice.prepared(p)).find(|choice| choice.arguments() == row.arguments)
