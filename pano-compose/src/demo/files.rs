@@ -3,7 +3,7 @@
 use super::Demo;
 use super::place::{COLOR_FILE, DEPTH_FILE, SCENE_FILE};
 use crate::exposure::exposed;
-use crate::pipeline::{Folder, Result, write_text};
+use crate::pipeline::{Folder, Result};
 use pano_core::{image::RadianceImage, io, mesh::Mesh};
 use std::io::Write;
 use std::path::Path;
@@ -26,7 +26,7 @@ impl Demo {
         for (name, mesh) in self.place.mesh_files() {
             write_ply(&path(&name), mesh)?;
         }
-        write_text(&path(SCENE_FILE), &self.scene_text)?;
+        io::write_text(path(SCENE_FILE), &self.scene_text)?;
         io::write_image(path("pano.png"), &exposed(&self.panorama, white), None)?;
         let mut pictures: Vec<(&str, &RadianceImage)> =
             vec![("photo", self.photo()), ("truth", &self.truth), ("truth-without", &self.truth_without)];
@@ -36,7 +36,7 @@ impl Demo {
         }
         let json = serde_json::to_string_pretty(&self.numbers)
             .map_err(|e| pano_core::Error::argument(format!("the numbers cannot be written as JSON: {e}")))?;
-        write_text(&path("numbers.json"), &(json + "\n"))?;
+        io::write_text(path("numbers.json"), &(json + "\n"))?;
         io::write_image(path("contact-sheet.png"), &self.contact_sheet(), None)?;
         Ok(names)
     }

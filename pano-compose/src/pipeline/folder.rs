@@ -48,9 +48,3 @@ impl Drop for Folder {
         let _ = self.created.iter().try_for_each(fs::remove_dir);
     }
 }
-
-/// Writes a text file, whole or not at all.
-#[cfg(any(feature = "demo", feature = "tradeoff"))]
-pub(crate) fn write_text(path: &Path, text: &str) -> Result<()> {
-    Ok(pano_core::io::write_atomically(path, |file| std::io::Write::write_all(file, text.as_bytes()))?)
-}

@@ -31,8 +31,6 @@ pub use stats::{StageStats, Stats};
 pub use world::{World, build_world, resolve_method};
 
 use crate::composite::{Composite, Irradiance};
-#[cfg(any(feature = "demo", feature = "tradeoff"))]
-pub(crate) use folder::write_text;
 pub(crate) use frame::Frame;
 use pano_core::{
     camera::Camera,

@@ -3,7 +3,7 @@
 use super::measure::Bench;
 use super::record::Record;
 use super::{BUDGETS_MS, COMBINATION, Choice, KNOBS, PREPARATIONS, Row, Truth, affordable, charts, front};
-use crate::pipeline::{Folder, Result, write_text};
+use crate::pipeline::{Folder, Result};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use pano_core::{image::RadianceImage, io, progress::Progress};
 use std::fmt::Write;
@@ -18,7 +18,7 @@ pub(super) fn write(
 ) -> Result<Vec<String>> {
     let mut names = vec!["results.csv".to_owned()];
     let mut save = |name: String, text: &str| -> Result<()> {
-        write_text(&folder.path().join(&name), text)?;
+        io::write_text(folder.path().join(&name), text)?;
         names.push(name);
         Ok(())
     };
@@ -70,7 +70,7 @@ pub(super) fn write(
         .replace("{curves}", &curves)
         .replace("{knobs}", &knobs())
         .replace("{pictures}", &pictures);
-    write_text(&folder.path().join("index.html"), &page)?;
+    io::write_text(folder.path().join("index.html"), &page)?;
     names.push("index.html".to_owned());
     Ok(names)
 }

@@ -2,7 +2,7 @@
 
 use super::measure::Bench;
 use super::{Choice, TradeoffParams};
-use crate::pipeline::{Error, Folder, Result, write_text};
+use crate::pipeline::{Error, Folder, Result};
 use pano_core::{io, progress::Progress};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
@@ -77,7 +77,7 @@ impl Record {
         let stamp_path = folder.path().join(STAMP);
         if !stamp_path.exists() {
             let json = serde_json::to_string_pretty(&stamp).map_err(|e| broken(&stamp_path, &e))?;
-            write_text(&stamp_path, &(json + "\n"))?;
+            io::write_text(&stamp_path, &(json + "\n"))?;
             return Ok(Self { path, rows: vec![] });
         }
         let text = std::fs::read_to_string(&stamp_path).map_err(|e| broken(&stamp_path, &e))?;

@@ -37,6 +37,14 @@ pub fn write_atomically(path: impl AsRef<Path>, write: impl FnOnce(&mut AtomicFi
     Ok(())
 }
 
+/// Writes a text file, whole or not at all.
+///
+/// # Errors
+/// As [`write_atomically`].
+pub fn write_text(path: impl AsRef<Path>, text: &str) -> Result<()> {
+    write_atomically(path, |file| file.write_all(text.as_bytes()))
+}
+
 /// The file that writing to `path` replaces.
 fn target_of(path: &Path) -> Result<PathBuf> {
     let Ok(metadata) = fs::metadata(path) else {

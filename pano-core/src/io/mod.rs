@@ -16,7 +16,7 @@ mod pfm;
 mod source;
 mod write;
 
-pub use atomic::{AtomicFile, write_atomically};
+pub use atomic::{AtomicFile, write_atomically, write_text};
 pub use depth::read_depth;
 pub use exr::{Chromaticities, DEPTH_KIND_ATTRIBUTE, ExrChannels, read_exr, split_channels, write_exr};
 pub use source::MAX_SIDE;

@@ -14,7 +14,7 @@ use pano_core::{
     scene::{PicturePath, Scene},
 };
 use serde::Serialize;
-use std::{collections::BTreeSet, io::Write, path::Path};
+use std::collections::BTreeSet;
 use target::Target;
 
 /// What `--stats` writes for more than one frame.
@@ -110,11 +110,7 @@ fn report(args: &Args, mut all: Vec<FrameStats>) -> Result<(), Failure> {
     };
     let json = json.map_err(|e| Error::argument(format!("the statistics cannot be written as JSON: {e}")))? + "\n";
     if let Some(path) = &args.stats {
-        write_text(path, &json)?;
+        io::write_text(path, &json)?;
     }
     if args.json { output::print(&json) } else { Ok(()) }
-}
-
-fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
-    Ok(io::write_atomically(path, |file| file.write_all(text.as_bytes()))?)
 }
