@@ -1,0 +1,54 @@
+//! What the tests of several stages need.
+
+use glam::Vec3;
+use pano_core::image::Image;
+use pano_tests::random::Random;
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+
+/// Runs a property on `cases` random inputs, always the same ones.
+pub(crate) fn property<S: Strategy>(cases: u32, strategy: S, test: impl Fn(S::Value) -> Result<(), TestCaseError>) {
+    let mut runner = TestRunner::new_with_rng(
+        Config { cases, failure_persistence: None, ..Config::default() },
+        proptest::test_runner::TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha),
+    );
+    if let Err(failure) = runner.run(&strategy, test) {
+        panic!("{failure}");
+    }
+}
+
+/// Odd sizes: from one pixel, over workgroups that are not full, to several of them.
+pub(crate) fn sizes() -> impl Strategy<Value = (usize, usize)> {
+    prop_oneof![Just((1, 1)), Just((2, 1)), Just((1, 5)), (1usize..40, 1usize..30)]
+}
+
+/// Colours between 0 and `most`, and every tenth channel something that is no colour: NaN, infinite, negative, denormal.
+pub(crate) fn wild((width, height): (usize, usize), most: f32, seed: u32) -> Image<Vec3> {
+    let mut random = Random::new(seed);
+    let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -0.0, 1e-40];
+    let mut channel = move || match random.below(10) {
+        0 => odd[random.below(odd.len() as u32) as usize],
+        _ => random.between(0.0, most),
+    };
+    Image::from_fn(width, height, |_, _| Vec3::new(channel(), channel(), channel()))
+}
+
+/// Fails with place and values unless all channels agree within `absolute + relative·|want|`; NaN agrees with NaN.
+pub(crate) fn assert_close(
+    what: &str,
+    got: &Image<Vec3>,
+    want: &Image<Vec3>,
+    absolute: f32,
+    relative: f32,
+) -> Result<(), TestCaseError> {
+    prop_assert_eq!(got.size(), want.size());
+    for (i, (g, w)) in got.data().iter().zip(want.data()).enumerate() {
+        for c in 0..3 {
+            let same =
+                g[c] == w[c] || (g[c].is_nan() && w[c].is_nan()) || (g[c] - w[c]).abs() <= absolute + relative * w[c].abs();
+            let (x, y) = (i % got.width(), i / got.width());
+            prop_assert!(same, "{what}, pixel ({x}, {y}) channel {c}: GPU {}, CPU {}", g[c], w[c]);
+        }
+    }
+    Ok(())
+}
