@@ -16,10 +16,10 @@ pub static PROBE: Shader = Shader {
 
 /// All shaders.
 pub fn all() -> Vec<&'static Shader> {
-    [vec![&PROBE], pano_light::shaders()].concat()
+    [vec![&PROBE], pano_light::shaders(), pano_denoise::shaders(), pano_compose::shaders()].concat()
 }
 
 /// Structures that Rust fills, with a shader that declares each.
 pub fn layouts() -> Vec<(&'static Shader, Layout)> {
-    vec![(&PROBE, Rows::LAYOUT)]
+    [vec![(&PROBE, Rows::LAYOUT)], pano_denoise::layouts(), pano_compose::layouts()].concat()
 }

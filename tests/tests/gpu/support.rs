@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use pano_core::image::Image;
+use pano_core::layers::TracedLayers;
 use pano_tests::random::Random;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
@@ -51,4 +52,35 @@ pub(crate) fn assert_close(
         }
     }
     Ok(())
+}
+
+/// Layers as tracers make them: an object over a slanted floor before a wall, with noise, shadows, sky and lone bright pixels.
+pub(crate) fn layers((width, height): (usize, usize), seed: u32) -> TracedLayers {
+    let mut random = Random::new(seed);
+    let mut layers = TracedLayers::empty(width, height);
+    let (cx, cy, radius) = (random.between(0.0, width as f32), random.between(0.0, height as f32), random.between(1.0, 12.0));
+    for y in 0..height {
+        for x in 0..width {
+            let (dx, dy) = (x as f32 - cx, y as f32 - cy);
+            let coverage = (radius - dx.hypot(dy)).clamp(0.0, 1.0);
+            let sky = y * 5 < height;
+            let floor = y * 2 > height;
+            layers.coverage.set(x, y, coverage);
+            let noise = |random: &mut Random| random.color(0.0, 1.0) * if random.below(40) == 0 { 30.0 } else { 1.0 };
+            layers.object.set(x, y, noise(&mut random) * coverage);
+            if floor && random.below(3) > 0 {
+                layers.delta.set(x, y, (random.color(-0.5, 0.2)) * (1.0 - coverage));
+            }
+            let (depth, normal) = match (coverage > 0.0, sky, floor) {
+                (true, ..) => (2.0 - 0.05 * coverage, Vec3::new(dx, -dy, 8.0).normalize()),
+                (_, true, _) => (f32::INFINITY, Vec3::ZERO),
+                (_, _, true) => (40.0 / (y as f32 - 0.4 * height as f32), Vec3::Y),
+                _ => (6.0 + 0.02 * x as f32, Vec3::Z),
+            };
+            layers.depth.set(x, y, depth);
+            layers.normal.set(x, y, normal);
+            layers.albedo.set(x, y, if sky { Vec3::ZERO } else { Vec3::splat(if (x / 4) % 2 == 0 { 0.5 } else { 0.7 }) });
+        }
+    }
+    layers
 }
