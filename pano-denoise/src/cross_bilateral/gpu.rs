@@ -128,29 +128,27 @@ pub fn filter(gpu: &Gpu, params: &Params, layers: &mut GpuLayers) -> GpuResult<(
 }
 
 /// Rows on either side of a band that [`filter`] looks at.
-pub fn halo(params: &Params) -> usize {
+fn halo(params: &Params) -> usize {
     HALO * params.delta_passes.max(1) as usize
 }
 
-/// What [`filter`] did, from the layers before and after it.
-pub fn report(before: &TracedLayers, after: &TracedLayers) -> Report {
-    Report { object: Energy::between(&before.object, &after.object), delta: Energy::between(&before.delta, &after.delta) }
-}
-
-/// [`super::filter`] of layers of any size, in bands. If it fails, the layers are as they were.
+/// [`super::filter`] of layers of any size, in bands. If it fails, the layers are as they were. What went in one piece is still
+/// on the GPU: the filtered layers are given back for the next stage.
 ///
 /// # Errors
 /// As [`filter_layer`].
-pub fn filter_layers(gpu: &Gpu, params: &Params, layers: &mut TracedLayers) -> GpuResult<Report> {
+pub fn filter_layers(gpu: &Gpu, params: &Params, layers: &mut TracedLayers) -> GpuResult<(Report, Option<GpuLayers>)> {
     params.check()?;
     let (mut object, mut delta) = (layers.object.clone(), layers.delta.clone());
+    let mut whole = None;
     for band in gpu.bands(layers.size(), GpuLayers::PIXEL_BYTES, halo(params))? {
         let mut held = GpuLayers::upload(gpu, layers, &band.hold)?;
         filter(gpu, params, &mut held)?;
         gpu.read_rows(&held.object, &band.keep, &mut object)?;
         gpu.read_rows(&held.delta, &band.keep, &mut delta)?;
+        whole = (band.keep.len() == layers.size().1).then_some(held);
     }
     let report = Report { object: Energy::between(&layers.object, &object), delta: Energy::between(&layers.delta, &delta) };
     (layers.object, layers.delta) = (object, delta);
-    Ok(report)
+    Ok((report, whole))
 }

@@ -1,12 +1,16 @@
 //! GPU twins against the CPU. Without an adapter every test shows as ignored, with the reason; with `PANO_REQUIRE_GPU=1` a
 //! missing adapter is a failure. The adapter and the number of tests that ran on it are printed at the end.
 
+mod atrous;
 mod composite;
 mod context;
 mod cross_bilateral;
 mod expand;
+mod firefly;
+mod pipeline;
 mod prelude;
 mod support;
+mod temporal;
 
 use libtest_mimic::{Arguments, Trial};
 use pano_core::gpu::{Gpu, GpuOptions};
@@ -20,7 +24,18 @@ const REQUIRED: &str = "PANO_REQUIRE_GPU";
 
 fn main() {
     let arguments = Arguments::from_args();
-    let tests: Vec<Test> = [context::TESTS, prelude::TESTS, expand::TESTS, composite::TESTS, cross_bilateral::TESTS].concat();
+    let tests: Vec<Test> = [
+        context::TESTS,
+        prelude::TESTS,
+        expand::TESTS,
+        composite::TESTS,
+        cross_bilateral::TESTS,
+        atrous::TESTS,
+        firefly::TESTS,
+        temporal::TESTS,
+        pipeline::TESTS,
+    ]
+    .concat();
     let required = std::env::var(REQUIRED).is_ok_and(|v| v == "1");
     let found = Gpu::new(&GpuOptions::default()).map(Arc::new).map_err(|e| e.to_string());
     let trials = tests.into_iter().map(|(name, test)| match &found {

@@ -84,3 +84,20 @@ pub(crate) fn layers((width, height): (usize, usize), seed: u32) -> TracedLayers
     }
     layers
 }
+
+/// Whether two pictures have the same bits.
+pub(crate) fn same_bits(a: &Image<Vec3>, b: &Image<Vec3>) -> bool {
+    let bits = |i: &Image<Vec3>| i.data().iter().map(|p| p.to_array().map(f32::to_bits)).collect::<Vec<_>>();
+    a.size() == b.size() && bits(a) == bits(b)
+}
+
+/// As [`assert_close`], of pictures of one channel.
+pub(crate) fn assert_close_values(
+    what: &str,
+    got: &Image<f32>,
+    want: &Image<f32>,
+    absolute: f32,
+    relative: f32,
+) -> Result<(), TestCaseError> {
+    assert_close(what, &got.map(Vec3::splat), &want.map(Vec3::splat), absolute, relative)
+}
