@@ -101,7 +101,7 @@ impl<'a> Frame<'a> {
         }
         let view = View { photo, lighting };
         let filtered = if method == Method::Iprt {
-            iprt::trace(self, view, &mut carried.past, &mut clock, &mut warnings, progress)?
+            iprt::trace(self, view, &mut carried.past, device, &mut clock, &mut warnings, progress)?
         } else {
             let lights = found.as_ref().map(|f| (f, &plan));
             path_traced::trace(self, method, view, lights, device, &mut clock, &mut warnings, progress)?

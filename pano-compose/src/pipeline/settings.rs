@@ -33,8 +33,11 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "back_faces", help: "true | false: things have back faces at depth gaps (true)" },
     Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map near objects (512)" },
     Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (8)" },
-    Setting { key: "gpu_from", help: "denoise | composite: stages before this one run on the CPU, whatever the backend (none)" },
-    Setting { key: "gpu_until", help: "denoise | composite: stages after this one run on the CPU, whatever the backend (none)" },
+    Setting {
+        key: "gpu_from",
+        help: "a stage, as --stats names it: the stages before it run on the CPU, whatever the backend (none)",
+    },
+    Setting { key: "gpu_until", help: "a stage: the stages after it run on the CPU, whatever the backend (none)" },
     Setting { key: "gpu_binding", help: "1–128: MiB that a picture may have on the GPU; larger ones go in bands (128)" },
     Setting { key: "gpu_lose_after", help: "0–1000000: submissions after which the GPU is lost, to try what happens (never)" },
 ];

@@ -6,11 +6,15 @@ use pano_compose::pipeline::{Backend, GPU_STAGES, RenderOptions, Rendered, Seque
 use pano_core::gpu::Gpu;
 use pano_core::image::Image;
 use pano_core::progress::Silent;
-use pano_core::{io, scene::Scene};
-use pano_tests::rooms::texel_direction;
+use pano_core::{
+    io,
+    scene::{PicturePath, Scene},
+};
+use pano_tests::rooms::{plane_depth, texel_direction};
 
 pub(crate) const TESTS: &[Test] = &[
     ("pipeline::frames_equal_the_cpu", frames_equal_the_cpu),
+    ("pipeline::iprt_equals_the_cpu", iprt_equals_the_cpu),
     ("pipeline::any_interval_of_stages_gives_the_same_picture", any_interval_of_stages_gives_the_same_picture),
     ("pipeline::a_lost_device_costs_one_warning_and_no_pixel", a_lost_device_costs_one_warning_and_no_pixel),
     ("pipeline::a_sequence_survives_a_loss", a_sequence_survives_a_loss),
@@ -24,7 +28,7 @@ const SAME: f64 = 1e-3;
 /// A scene in a folder that goes with it.
 struct Place {
     scene: Scene,
-    _folder: tempfile::TempDir,
+    folder: tempfile::TempDir,
 }
 
 impl Place {
@@ -46,7 +50,7 @@ impl Place {
             [view]\nkind = 'perspective'\npitch = -25\nsize = [{w}, {h}]\n[render]\nmethod = '{method}'\nsamples = 4\nbounces = 2\n"
         );
         let scene = Scene::parse(&text, folder.path().join("scene.toml")).unwrap_or_else(|e| panic!("{e}: {text}"));
-        Self { scene, _folder: folder }
+        Self { scene, folder: folder }
     }
 
     fn render(&self, options: &RenderOptions) -> Rendered {
@@ -85,6 +89,25 @@ fn frames_equal_the_cpu(gpu: &Gpu) {
         let farthest = farthest.fold(0.0, f32::max);
         // No pixel is far off: the filter's own tolerance.
         assert!(farthest < 5e-3, "{method}: {farthest}");
+    }
+}
+
+/// Three frames, of which each needs the one before it.
+fn iprt_equals_the_cpu(_: &Gpu) {
+    let mut place = Place::new("iprt", (48, 36));
+    let folder = place.folder.path();
+    io::write_exr(folder.join("depth.exr"), &[("Z", &plane_depth(64, 1.0))], &[]).unwrap();
+    place.scene.panorama.depth = Some(PicturePath::Still(folder.join("depth.exr")));
+    place.scene.proxies.clear();
+    for samples in [1, 16] {
+        place.scene.render.samples = samples;
+        let options = [on_gpu(), RenderOptions::default()];
+        let [mut gpu, mut cpu] = options.each_ref().map(|options| Sequence::new(&place.scene, options));
+        for frame in 0..3 {
+            let (got, want) = (gpu.render(frame, &Silent).unwrap(), cpu.render(frame, &Silent).unwrap());
+            assert!(backends(&got).len() >= 5 && backends(&got).iter().all(|s| s.1 == "gpu"), "{:?}", backends(&got));
+            assert!(rmse(&got, &want) < SAME, "{samples} samples, frame {frame}: {}", rmse(&got, &want));
+        }
     }
 }
 

@@ -18,6 +18,7 @@ use super::RenderOptions;
 /// Where the stages of a render run.
 #[derive(Debug)]
 pub(super) struct Device {
+    #[cfg(feature = "gpu")]
     backend: Backend,
     #[cfg(feature = "gpu")]
     settings: GpuSettings,
@@ -32,13 +33,15 @@ pub(super) struct Device {
 impl Device {
     /// As the options want it. Nothing is set up before the first stage asks.
     pub(super) fn new(options: &RenderOptions) -> Self {
+        let refused = cfg!(not(feature = "gpu")) && options.backend == Backend::Gpu;
         Self {
+            #[cfg(feature = "gpu")]
             backend: options.backend,
             #[cfg(feature = "gpu")]
             settings: options.settings.gpu,
             #[cfg(feature = "gpu")]
             state: gpu::State::Unknown,
-            warnings: Vec::new(),
+            warnings: refused.then(|| "this build cannot use a GPU; the CPU does the work".into()).into_iter().collect(),
             on_gpu: false,
         }
     }
@@ -65,14 +68,5 @@ impl Device {
     #[cfg(not(feature = "gpu"))]
     pub(super) fn adapter(&self) -> Option<String> {
         None
-    }
-
-    /// Says once that there is no GPU in this build, where one is asked for.
-    #[cfg(not(feature = "gpu"))]
-    fn refuse(&mut self) {
-        if self.backend == Backend::Gpu {
-            self.backend = Backend::Cpu;
-            self.warnings.push("this build cannot use a GPU; the CPU does the work".into());
-        }
     }
 }
