@@ -1,5 +1,6 @@
 //! The lobes that panoramas are convolved with, and the 18 + 18 directions that stand for each.
 
+use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
 /// A lobe that is symmetric about its axis, as a density over the sphere of directions.
@@ -13,19 +14,20 @@ pub enum Kernel {
 }
 
 /// Directions of one kernel.
-pub(super) const SAMPLES: usize = 36;
+const SAMPLES: usize = 36;
 /// Sectors of each ring.
 const SECTORS: usize = 6;
 /// Steps of the numerical integral over θ: lobes are smooth, and the narrowest map's (α = 1/16) is 40 steps wide.
 const STEPS: usize = 2048;
 
+/// What stands for one kernel.
+pub(super) type Lookups = [Sample; SAMPLES];
+
 /// One lookup, relative to the lobe's axis. All of a kernel's lookups weigh the same.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sample {
-    /// Angle from the axis, radians.
-    pub(super) theta: f32,
-    /// Angle about the axis, radians.
-    pub(super) phi: f32,
+    /// Where to look: unit length, the axis being +Z.
+    pub(super) direction: Vec3,
     /// Steradians it stands for.
     pub(super) solid_angle: f32,
 }
@@ -49,7 +51,7 @@ impl Kernel {
     }
 
     /// The lookups: three rings that share the inner half of the lobe's light and three that share the outer one.
-    pub(super) fn samples(self) -> [Sample; SAMPLES] {
+    pub(super) fn samples(self) -> Lookups {
         const RINGS: usize = SAMPLES / SECTORS;
         let step = 0.5 * PI / STEPS as f32;
         let mut cumulative = vec![0.0; STEPS + 1];
@@ -70,10 +72,11 @@ impl Kernel {
         std::array::from_fn(|i| {
             let (ring, sector) = (i / SECTORS, i % SECTORS);
             let at = |part: f32| angle((ring as f32 + part) / RINGS as f32);
+            // Neighbouring rings are turned against each other.
+            let phi = (sector as f32 + 0.5 * (ring % 2) as f32) * TAU / SECTORS as f32;
+            let (theta_sin, theta_cos) = at(0.5).sin_cos();
             Sample {
-                theta: at(0.5),
-                // Neighbouring rings are turned against each other.
-                phi: (sector as f32 + 0.5 * (ring % 2) as f32) * TAU / SECTORS as f32,
+                direction: Vec3::new(theta_sin * phi.cos(), theta_sin * phi.sin(), theta_cos),
                 solid_angle: TAU * (at(0.0).cos() - at(1.0).cos()) / SECTORS as f32,
             }
         })
@@ -88,11 +91,12 @@ mod tests {
     fn half_of_a_diffuse_lobe_lies_within_45_degrees() {
         let samples = Kernel::Diffuse.samples();
         let (inner, outer) = samples.split_at(18);
-        assert!(inner.iter().all(|s| s.theta < 0.25 * PI) && outer.iter().all(|s| s.theta > 0.25 * PI));
+        let cos = (0.25 * PI).cos();
+        assert!(inner.iter().all(|s| s.direction.z > cos) && outer.iter().all(|s| s.direction.z < cos));
         // sin²θ of the ring's middle is (2·ring + 1)/12.
         for (i, s) in samples.iter().enumerate() {
             let share = (2 * (i / 6) + 1) as f32 / 12.0;
-            assert!((s.theta.sin().powi(2) - share).abs() < 1e-3, "{i}: {s:?}");
+            assert!((1.0 - s.direction.z.powi(2) - share).abs() < 1e-3, "{i}: {s:?}");
         }
     }
 
@@ -106,7 +110,7 @@ mod tests {
 
     #[test]
     fn rougher_lobes_are_wider() {
-        let width = |r: f32| Kernel::Glossy(r).samples()[17].theta;
+        let width = |r: f32| Kernel::Glossy(r).samples()[17].direction.z.acos();
         assert!(width(0.25) < width(0.5) && width(0.5) < width(0.75) && width(0.75) < width(1.0));
     }
 }

@@ -39,11 +39,16 @@ impl Pyramid {
 fn halved(finer: &Image<Vec3A>) -> Image<Vec3A> {
     let (w, h) = (finer.width() / 2, finer.height() / 2);
     let area = |row: usize| sphere::pixel_solid_angle(finer.width(), finer.height(), row) as f32;
-    Image::from_fn(w, h, |x, y| {
+    let mut coarser = Image::filled(w, h, Vec3A::ZERO);
+    for (y, row) in coarser.data_mut().chunks_mut(w).enumerate() {
         let (upper, lower) = (area(2 * y), area(2 * y + 1));
-        let pair = |row: usize| finer.get(2 * x, row) + finer.get(2 * x + 1, row);
-        (pair(2 * y) * upper + pair(2 * y + 1) * lower) / (2.0 * (upper + lower))
-    })
+        let (upper, lower) = (0.5 * upper / (upper + lower), 0.5 * lower / (upper + lower));
+        let pairs = finer.row(2 * y).chunks(2).zip(finer.row(2 * y + 1).chunks(2));
+        for (out, (above, below)) in row.iter_mut().zip(pairs) {
+            *out = (above[0] + above[1]) * upper + (below[0] + below[1]) * lower;
+        }
+    }
+    coarser
 }
 
 /// Pixels are narrower towards the poles: each becomes a mean over 1/sin θ of them, so that all cover round patches of the
