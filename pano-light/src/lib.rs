@@ -31,5 +31,11 @@ pub use working::WorkingMap;
 /// Every shader of this crate, for the checks that need no GPU.
 #[cfg(feature = "gpu")]
 pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
-    vec![&expand::gpu::SHADER]
+    vec![&expand::gpu::SHADER, &detect::gpu::SHADER, &ibl::gpu::SHADER]
+}
+
+/// Structures that Rust fills for them, with the shader that declares each.
+#[cfg(feature = "gpu")]
+pub fn layouts() -> Vec<(&'static pano_core::gpu::Shader, pano_core::gpu::Layout)> {
+    vec![(&detect::gpu::SHADER, detect::gpu::Blur::LAYOUT), (&ibl::gpu::SHADER, ibl::gpu::Ibl::LAYOUT)]
 }

@@ -16,10 +16,26 @@ pub static PROBE: Shader = Shader {
 
 /// All shaders.
 pub fn all() -> Vec<&'static Shader> {
-    [vec![&PROBE], pano_light::shaders(), pano_denoise::shaders(), pano_compose::shaders()].concat()
+    [
+        vec![&PROBE],
+        pano_core::gpu::shaders(),
+        pano_light::shaders(),
+        pano_trace::shaders(),
+        pano_denoise::shaders(),
+        pano_compose::shaders(),
+    ]
+    .concat()
 }
 
 /// Structures that Rust fills, with a shader that declares each.
 pub fn layouts() -> Vec<(&'static Shader, Layout)> {
-    [vec![(&PROBE, Rows::LAYOUT)], pano_denoise::layouts(), pano_compose::layouts()].concat()
+    [
+        vec![(&PROBE, Rows::LAYOUT)],
+        pano_core::gpu::layouts(),
+        pano_light::layouts(),
+        pano_trace::layouts(),
+        pano_denoise::layouts(),
+        pano_compose::layouts(),
+    ]
+    .concat()
 }

@@ -85,15 +85,18 @@ impl<'a> Frame<'a> {
         let device = &mut carried.device;
         device.begin_frame();
         let method = resolve_method(scene, inputs, &mut warnings)?;
-        let (photo, lighting) = view_of_photo(scene, inputs, self.world, &self.camera)?;
-        clock.stage("view", self.pixels(), 0);
+        let (photo, lighting) = view_of_photo(scene, inputs, self.world, &self.camera, device)?;
+        clock.stage_on(device.last(), "view", self.pixels(), 0);
         let mut facts = inputs.facts(scene, method);
         facts.no_back_faces = !settings.captured.field.back_faces;
         facts.no_sparse = !settings.sparse;
-        let found = (method == Method::Mr360).then(|| carried.lights.frame(scene, inputs, settings));
+        let found = match method {
+            Method::Mr360 => Some(carried.lights.frame(scene, inputs, settings, device)?),
+            _ => None,
+        };
         if let Some(found) = &found {
             facts.lights = Some(found.lights.len());
-            clock.stage("lights", inputs.photo.data().len() as u64, 0);
+            clock.stage_on(device.last(), "lights", inputs.photo.data().len() as u64, 0);
         }
         let mut plan = EffectPlan::for_scene(&facts);
         for &(effect, on) in &self.options.forced {

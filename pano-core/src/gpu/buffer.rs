@@ -146,6 +146,20 @@ impl Gpu {
         self.queue.write_buffer(buffer.raw(), 0, bytes);
     }
 
+    /// Copies one buffer to the beginning of another.
+    ///
+    /// # Errors
+    /// What has become of the device.
+    ///
+    /// # Panics
+    /// If the other one is shorter.
+    pub fn copy(&self, from: &GpuBuffer, to: &GpuBuffer) -> GpuResult<()> {
+        assert!(from.bytes <= to.bytes, "{} bytes into {}", from.bytes, to.bytes);
+        let mut encoder = self.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("copy") });
+        encoder.copy_buffer_to_buffer(from.raw(), 0, to.raw(), 0, from.bytes);
+        self.submit(encoder.finish())
+    }
+
     /// The first `count` values of a buffer, once all work submitted is done.
     ///
     /// # Errors

@@ -30,3 +30,16 @@ pub use prelude::{COLOR, IMAGE, LARGEST, NUMBER, RANDOM, SPHERE};
 pub use shader::{Constant, Piece, Shader, Specialization, Value};
 pub use timing::Timing;
 pub use uniform::Layout;
+
+/// Every shader of this crate, for the checks that need no GPU.
+pub fn shaders() -> Vec<&'static Shader> {
+    vec![&crate::sphere::resample::gpu::SHADER]
+}
+
+/// Structures that Rust fills for them, with the shader that declares each.
+pub fn layouts() -> Vec<(&'static Shader, Layout)> {
+    vec![
+        (&crate::sphere::resample::gpu::SHADER, Rows::LAYOUT),
+        (&crate::sphere::resample::gpu::SHADER, crate::sphere::resample::gpu::Resample::LAYOUT),
+    ]
+}

@@ -27,7 +27,7 @@ macro_rules! uniform {
 
         impl $name {
             /// Where the fields are.
-            pub const LAYOUT: $crate::gpu::Layout = $crate::gpu::Layout {
+            $visibility const LAYOUT: $crate::gpu::Layout = $crate::gpu::Layout {
                 name: stringify!($name),
                 bytes: size_of::<$name>(),
                 fields: &[$((stringify!($field), std::mem::offset_of!($name, $field)),)+],

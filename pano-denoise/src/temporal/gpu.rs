@@ -1,7 +1,7 @@
 //! The accumulation on the GPU.
 //!
 //! Departures from the CPU: sums are `f32`, of values limited to ±[`pano_core::gpu::LARGEST`]. Motion may point anywhere, so that
-//! there are no bands: frames of more than eight million pixels stay on the CPU.
+//! there are no bands: frames of more than eight million pixels stay on the CPU. Frames are counted up to 2²⁴.
 
 use super::{Guides, History, Params};
 use glam::{Vec3, Vec4};
@@ -57,7 +57,7 @@ impl GpuSurface {
 /// The past of a signal, on the GPU.
 #[derive(Debug)]
 pub struct GpuPast<'a> {
-    /// The accumulated value and, in the bits of the fourth number, of how many frames it is.
+    /// The accumulated value, and of how many frames it is.
     pub value: &'a GpuImage<Vec4>,
     /// What the frame showed.
     pub surface: &'a GpuSurface,
@@ -131,7 +131,7 @@ pub fn accumulate_picture(
     let accumulated = match history.as_ref().filter(|past| past.signal.size() == signal.size()) {
         None => accumulate(gpu, params, &surface, &previous, &source, None)?,
         Some(past) => {
-            let frames = |x, y| f32::from_bits(past.length.get(x, y));
+            let frames = |x, y| past.length.get(x, y) as f32;
             let value = gpu.upload(&Image::from_fn(w, h, |x, y| past.signal.get(x, y).extend(frames(x, y))))?;
             let old = GpuSurface::upload(gpu, &past.depth, &past.normal, &past.thing)?;
             accumulate(gpu, params, &surface, &previous, &source, Some(&GpuPast { value: &value, surface: &old }))?
@@ -144,7 +144,7 @@ pub fn accumulate_picture(
         depth: guides.depth.clone(),
         normal: guides.normal.clone(),
         thing: guides.thing.clone(),
-        length: values.map(|v| v.w.to_bits()),
+        length: values.map(|v| v.w as u32),
     });
     Ok(())
 }

@@ -6,6 +6,9 @@ override WRAP: bool;
 override HAS_PAST: bool;
 override CLAMPED: bool;
 
+// Up to here an f32 counts.
+const MOST_FRAMES: f32 = 16777216.0;
+
 struct Temporal {
     rows: Rows,
     blend: f32,
@@ -21,7 +24,7 @@ struct Temporal {
 @group(0) @binding(3) var<storage, read> thing: array<u32>;
 // Where the point was in the previous frame, and how far away: three numbers.
 @group(0) @binding(4) var<storage, read> previous: array<f32>;
-// Value and, in its bits, the number of frames.
+// Value and the number of frames.
 @group(0) @binding(5) var<storage, read> past: array<vec4f>;
 @group(0) @binding(6) var<storage, read> past_surface: array<vec4f>;
 @group(0) @binding(7) var<storage, read> past_thing: array<u32>;
@@ -45,11 +48,11 @@ fn same_normal(a: vec3f, b: vec3f) -> bool {
 // What is known of the point seen at a pixel; frames is 0 if nothing is.
 struct Recalled {
     value: vec3f,
-    frames: u32,
+    frames: f32,
 }
 
 fn recall(p: u32) -> Recalled {
-    let none = Recalled(vec3f(0.0), 0u);
+    let none = Recalled(vec3f(0.0), 0.0);
     let at = vec2f(previous[3u * p], previous[3u * p + 1u]) - 0.5;
     if !is_finite(at.x) || !is_finite(at.y) || max(abs(at.x), abs(at.y)) > 1e6 {
         return none;
@@ -58,7 +61,7 @@ fn recall(p: u32) -> Recalled {
     let f = at - base;
     var sum = vec3f(0.0);
     var weights = 0.0;
-    var frames = 0xffffffffu;
+    var frames = MOST_FRAMES;
     for (var i = 0; i < 4; i++) {
         let d = vec2i(i % 2, i / 2);
         let weight = select(1.0 - f.x, f.x, d.x == 1) * select(1.0 - f.y, f.y, d.y == 1);
@@ -73,7 +76,7 @@ fn recall(p: u32) -> Recalled {
         }
         sum += limited3(past[q].xyz) * weight;
         weights += weight;
-        frames = min(frames, bitcast<u32>(past[q].w));
+        frames = min(frames, past[q].w);
     }
     // Less than a hundredth of a texel is a corner that only rounding touches.
     if weights > 0.01 {
@@ -121,12 +124,12 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
     let p = index_of(params.rows, texel);
     let value = signal_at(p);
     let known = is_finite3(value);
-    var recalled = Recalled(vec3f(0.0), 0u);
+    var recalled = Recalled(vec3f(0.0), 0.0);
     if HAS_PAST {
         recalled = recall(p);
     }
-    if recalled.frames == 0u {
-        accumulated[p] = vec4f(select(vec3f(0.0), value, known), bitcast<f32>(1u));
+    if recalled.frames == 0.0 {
+        accumulated[p] = vec4f(select(vec3f(0.0), value, known), 1.0);
         return;
     }
     var old = recalled.value;
@@ -134,10 +137,9 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
         old = within_neighbourhood(texel, p, old);
     }
     if !known {
-        accumulated[p] = vec4f(old, bitcast<f32>(recalled.frames));
+        accumulated[p] = vec4f(old, recalled.frames);
         return;
     }
-    let weight = max(params.blend, 1.0 / (f32(recalled.frames) + 1.0));
-    let frames = recalled.frames + select(1u, 0u, recalled.frames == 0xffffffffu);
-    accumulated[p] = vec4f(old + (limited3(value) - old) * weight, bitcast<f32>(frames));
+    let weight = max(params.blend, 1.0 / (recalled.frames + 1.0));
+    accumulated[p] = vec4f(old + (limited3(value) - old) * weight, min(recalled.frames + 1.0, MOST_FRAMES));
 }

@@ -7,8 +7,11 @@ mod context;
 mod cross_bilateral;
 mod expand;
 mod firefly;
+mod light;
 mod pipeline;
 mod prelude;
+mod resample;
+mod sparse;
 mod support;
 mod temporal;
 
@@ -33,6 +36,9 @@ fn main() {
         atrous::TESTS,
         firefly::TESTS,
         temporal::TESTS,
+        resample::TESTS,
+        light::TESTS,
+        sparse::TESTS,
         pipeline::TESTS,
     ]
     .concat();

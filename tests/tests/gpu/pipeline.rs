@@ -50,7 +50,7 @@ impl Place {
             [view]\nkind = 'perspective'\npitch = -25\nsize = [{w}, {h}]\n[render]\nmethod = '{method}'\nsamples = 4\nbounces = 2\n"
         );
         let scene = Scene::parse(&text, folder.path().join("scene.toml")).unwrap_or_else(|e| panic!("{e}: {text}"));
-        Self { scene, folder: folder }
+        Self { scene, folder }
     }
 
     fn render(&self, options: &RenderOptions) -> Rendered {

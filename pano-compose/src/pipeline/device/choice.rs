@@ -13,7 +13,18 @@ pub enum Backend {
 }
 
 /// Stages that can run on a GPU, in the order in which a frame passes them.
-pub const GPU_STAGES: [&str; 6] = ["filter real", "history real", "filter virtual", "history virtual", "denoise", "composite"];
+pub const GPU_STAGES: [&str; 10] = [
+    "view",
+    "lights",
+    "sparse mask",
+    "interpolation",
+    "filter real",
+    "history real",
+    "filter virtual",
+    "history virtual",
+    "denoise",
+    "composite",
+];
 
 /// Knobs of the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -59,9 +59,9 @@ impl Device {
         std::mem::take(&mut self.warnings)
     }
 
-    /// Where the last stage ran that could run on a GPU, as `--stats` says it.
-    pub(super) fn last(&self) -> &'static str {
-        if self.on_gpu { "gpu" } else { "cpu" }
+    /// Where the last stage ran since the last call, as `--stats` says it; one of several parts, where its last part did.
+    pub(super) fn last(&mut self) -> &'static str {
+        if std::mem::take(&mut self.on_gpu) { "gpu" } else { "cpu" }
     }
 
     /// There is none.

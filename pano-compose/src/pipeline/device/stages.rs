@@ -7,12 +7,64 @@
 use super::Device;
 use crate::composite::{self, Clamped, Composite};
 use crate::pipeline::Result;
-use glam::Vec3;
+use glam::{Quat, Vec3};
+use pano_core::camera::Camera;
 use pano_core::image::{Image, RadianceImage};
 use pano_core::layers::TracedLayers;
+use pano_core::light::RadianceMaps;
+use pano_core::sphere::resample;
 use pano_denoise::{atrous, cross_bilateral, firefly, temporal};
+use pano_light::{WorkingMap, detect, ibl};
+use pano_trace::sparse;
 
 impl Device {
+    /// [`resample::view_from_panorama`], stage `view`.
+    pub(in crate::pipeline) fn view(
+        &mut self,
+        panorama: &RadianceImage,
+        world_from_pano: Quat,
+        camera: &Camera,
+        view: &mut RadianceImage,
+    ) -> Result<()> {
+        #[cfg(feature = "gpu")]
+        if self
+            .attempt("view", |installed| {
+                resample::gpu::view_from_panorama(&installed.gpu, panorama, world_from_pano, camera, view)
+            })?
+            .is_some()
+        {
+            return Ok(());
+        }
+        Ok(resample::view_from_panorama(panorama, world_from_pano, camera, view)?)
+    }
+
+    /// [`WorkingMap::from_ldr`] or [`WorkingMap::from_hdr`], a part of stage `lights`.
+    pub(in crate::pipeline) fn working_map(&mut self, panorama: &RadianceImage, from_ldr: bool) -> Result<WorkingMap> {
+        #[cfg(feature = "gpu")]
+        if let Some(map) = self.attempt("lights", |installed| WorkingMap::on_gpu(&installed.gpu, panorama, from_ldr))? {
+            return Ok(map);
+        }
+        Ok(if from_ldr { WorkingMap::from_ldr(panorama) } else { WorkingMap::from_hdr(panorama) })
+    }
+
+    /// [`detect::detect`], a part of stage `lights`.
+    pub(in crate::pipeline) fn detect(&mut self, map: &WorkingMap, params: &detect::Params) -> Result<detect::Detection> {
+        #[cfg(feature = "gpu")]
+        if let Some(found) = self.attempt("lights", |installed| detect::gpu::detect(&installed.gpu, map, params))? {
+            return Ok(found);
+        }
+        Ok(detect::detect(map, params))
+    }
+
+    /// [`ibl::radiance_maps`], a part of stage `lights`.
+    pub(in crate::pipeline) fn radiance_maps(&mut self, panorama: &RadianceImage) -> Result<RadianceMaps> {
+        #[cfg(feature = "gpu")]
+        if let Some(maps) = self.attempt("lights", |installed| ibl::gpu::radiance_maps(&installed.gpu, panorama))? {
+            return Ok(maps);
+        }
+        Ok(ibl::radiance_maps(panorama))
+    }
+
     /// [`cross_bilateral::filter`], stage `denoise`. Nothing may change the layers between this stage and
     /// [`Self::composite`].
     pub(in crate::pipeline) fn denoise(
@@ -46,6 +98,45 @@ impl Device {
             return Ok(clamped);
         }
         Ok(composite::composite(photo, layers, out)?)
+    }
+
+    /// [`sparse::levels`], stage `sparse mask`.
+    pub(in crate::pipeline) fn sparse_levels(
+        &mut self,
+        params: &sparse::Params,
+        position: &Image<Vec3>,
+        normal: &Image<Vec3>,
+        active: &Image<u32>,
+    ) -> Result<Image<u8>> {
+        #[cfg(feature = "gpu")]
+        if let Some(levels) =
+            self.attempt("sparse mask", |installed| sparse::gpu::levels(&installed.gpu, params, position, normal, active))?
+        {
+            return Ok(levels);
+        }
+        Ok(sparse::levels(params, position, normal, active))
+    }
+
+    /// [`sparse::interpolate`], stage `interpolation`.
+    pub(in crate::pipeline) fn interpolate(
+        &mut self,
+        levels: &Image<u8>,
+        wanted: impl Fn(usize, usize) -> bool,
+        share: &mut Image<f32>,
+        signals: &mut [&mut Image<Vec3>],
+    ) -> Result<()> {
+        #[cfg(feature = "gpu")]
+        if self
+            .attempt("interpolation", |installed| {
+                let mask = Image::from_fn(levels.width(), levels.height(), |x, y| u32::from(wanted(x, y)));
+                sparse::gpu::interpolate(&installed.gpu, levels, &mask, share, signals)
+            })?
+            .is_some()
+        {
+            return Ok(());
+        }
+        sparse::interpolate(levels, wanted, share, signals);
+        Ok(())
     }
 
     /// [`firefly::clamp`], a part of `stage`.

@@ -130,8 +130,9 @@ pub(super) fn trace(
         None => (Signals::<()>::default().map(|()| None), Update::default(), Image::filled(w, h, 0)),
     };
     let levels = if frame.options.settings.sparse && stages.motion.is_some() {
-        let levels = sparse::levels(&sparse::Params::default(), &stages.buffer.position, &stages.buffer.normal, &active);
-        clock.stage("sparse mask", stages.pixels, 0);
+        let (position, normal) = (&stages.buffer.position, &stages.buffer.normal);
+        let levels = device.sparse_levels(&sparse::Params::default(), position, normal, &active)?;
+        clock.stage_on(device.last(), "sparse mask", stages.pixels, 0);
         levels
     } else {
         Image::filled(w, h, 0)
@@ -199,8 +200,8 @@ impl Stages<'_> {
         let mut real = iprt::trace_real(traced, &updated, params, None, wanted, progress).ok_or(Error::Cancelled)?;
         clock.stage("real pixels", self.pixels, real.rays);
         if levels.data().iter().any(|&l| l > 0) {
-            self.fill(levels, &mut real);
-            clock.stage("interpolation", self.pixels, 0);
+            self.fill(levels, &mut real, device)?;
+            clock.stage_on(device.last(), "interpolation", self.pixels, 0);
         }
         if self.frame.options.denoise {
             self.filters(params.samples, device, "filter real").real(&mut real, warnings)?;
@@ -232,11 +233,11 @@ impl Stages<'_> {
     }
 
     /// Fills the pixels that were not traced.
-    fn fill(&self, levels: &Image<u8>, real: &mut RealEstimate) {
+    fn fill(&self, levels: &Image<u8>, real: &mut RealEstimate, device: &mut Device) -> Result<()> {
         let shows_real = |x: usize, y: usize| self.buffer.shows_real(x, y);
         let signals =
             &mut [&mut real.irradiance, &mut real.change, &mut real.mirror, &mut real.mirrored, &mut real.mirrored_mixed];
-        sparse::interpolate(levels, shows_real, &mut real.share, signals);
+        device.interpolate(levels, shows_real, &mut real.share, signals)
     }
 
     /// Blends a signal with its history, where there is a frame before.
