@@ -21,3 +21,15 @@ pub mod pipeline;
 pub mod plan;
 #[cfg(feature = "tradeoff")]
 pub mod tradeoff;
+
+/// Every shader of this crate, for the checks that need no GPU.
+#[cfg(feature = "gpu")]
+pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
+    vec![&composite::gpu::SHADER]
+}
+
+/// Structures that Rust fills for them, with the shader that declares each.
+#[cfg(feature = "gpu")]
+pub fn layouts() -> Vec<(&'static pano_core::gpu::Shader, pano_core::gpu::Layout)> {
+    vec![(&composite::gpu::SHADER, composite::gpu::Uniform::LAYOUT)]
+}

@@ -8,7 +8,8 @@
 //!   centre looks to −Z and u grows to the right (see [`sphere`]).
 //! - Depth is the distance along the ray in metres; 0, negative, NaN, infinite and ≥ 10⁹ mean that nothing is there.
 //!
-//! Features: `io` (pictures and meshes), `scene` (the TOML scene file), `metrics` (picture comparison). Each builds alone.
+//! Features: `io` (pictures and meshes), `scene` (the TOML scene file), `metrics` (picture comparison), `gpu`
+//! (what stages need to run on a GPU). Each builds alone.
 
 pub mod builtin;
 pub mod camera;
@@ -16,6 +17,8 @@ pub mod color;
 pub mod depth;
 pub mod distribution;
 mod error;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod image;
 #[cfg(feature = "io")]
 pub mod io;

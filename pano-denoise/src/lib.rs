@@ -22,10 +22,36 @@ pub mod temporal;
 
 mod surfaces;
 
+#[cfg(feature = "gpu")]
+pub use surfaces::gpu::GpuSurfaces;
+
 use glam::{DVec3, Vec3};
 use pano_core::color::luminance;
 use pano_core::image::Image;
 use pano_core::{Error, Result};
+
+/// Every shader of this crate, for the checks that need no GPU.
+#[cfg(feature = "gpu")]
+pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
+    vec![
+        &surfaces::gpu::SHADER,
+        &cross_bilateral::gpu::SHADER,
+        &atrous::gpu::SHADER,
+        &firefly::gpu::SHADER,
+        &temporal::gpu::SHADER,
+    ]
+}
+
+/// Structures that Rust fills for them, with the shader that declares each.
+#[cfg(feature = "gpu")]
+pub fn layouts() -> Vec<(&'static pano_core::gpu::Shader, pano_core::gpu::Layout)> {
+    vec![
+        (&cross_bilateral::gpu::SHADER, cross_bilateral::gpu::CrossBilateral::LAYOUT),
+        (&atrous::gpu::SHADER, atrous::gpu::Atrous::LAYOUT),
+        (&firefly::gpu::SHADER, firefly::gpu::Firefly::LAYOUT),
+        (&temporal::gpu::SHADER, temporal::gpu::Temporal::LAYOUT),
+    ]
+}
 
 /// Luminance sums of one layer, over all pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -58,6 +58,17 @@ impl WorkingMap {
         Self { radiance, from_ldr }
     }
 
+    /// [`Self::from_ldr`] or [`Self::from_hdr`], made on the GPU; [`pano_core::gpu::LARGEST`] is the largest value.
+    ///
+    /// # Errors
+    /// What has become of the device.
+    #[cfg(feature = "gpu")]
+    pub fn on_gpu(gpu: &pano_core::gpu::Gpu, panorama: &RadianceImage, from_ldr: bool) -> pano_core::gpu::GpuResult<Self> {
+        let map = |band| if from_ldr { expand::gpu::expand(gpu, &band) } else { Ok(band) };
+        let radiance = pano_core::sphere::resample::gpu::resize(gpu, panorama, map, (Self::WIDTH, Self::HEIGHT))?;
+        Ok(Self { radiance: gpu.read(&radiance)?, from_ldr })
+    }
+
     /// The pixels.
     pub fn radiance(&self) -> &RadianceImage {
         &self.radiance

@@ -9,3 +9,15 @@ pub mod prt;
 pub mod sparse;
 pub mod tracer;
 pub mod world;
+
+/// Every shader of this crate, for the checks that need no GPU.
+#[cfg(feature = "gpu")]
+pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
+    vec![&sparse::gpu::SHADER]
+}
+
+/// Structures that Rust fills for them, with the shader that declares each.
+#[cfg(feature = "gpu")]
+pub fn layouts() -> Vec<(&'static pano_core::gpu::Shader, pano_core::gpu::Layout)> {
+    vec![(&sparse::gpu::SHADER, sparse::gpu::Sparse::LAYOUT)]
+}

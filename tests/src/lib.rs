@@ -3,4 +3,6 @@
 pub mod random;
 pub mod rooms;
 pub mod scenes;
+#[cfg(feature = "gpu")]
+pub mod shaders;
 pub mod statistics;

@@ -166,3 +166,21 @@ fn ctrl_c_stops_and_leaves_nothing() {
     assert!(stderr.contains("interrupted"), "{stderr}");
     assert_eq!(bench.names_of(""), ["room.exr", "scene.toml", "thing.ply"]);
 }
+
+/// Without a GPU the CPU does the work, and one line says so; the adapter's name keeps this true on every machine.
+#[cfg(feature = "gpu")]
+#[test]
+fn a_gpu_that_is_not_there_is_one_line() {
+    let bench = bench("");
+    let nowhere = [("WGPU_ADAPTER_NAME", "no such adapter")];
+    let arguments = ["render", "scene.toml", "--method", "dpt", "-o"];
+    let run = bench.pano_with(&nowhere, &[&arguments[..], &["gpu.exr", "--backend", "gpu", "--json"]].concat());
+    assert_eq!(run.code, Some(0), "{run:?}");
+    let lines: Vec<&str> = run.stderr.lines().filter(|l| l.contains("no GPU can be used")).collect();
+    assert!(lines.len() == 1 && lines[0].contains("the CPU does the work"), "{}", run.stderr);
+    assert_eq!(run.json()["backend"], "cpu");
+    // `auto` has nothing to say, and the picture is the same.
+    let run = bench.pano_with(&nowhere, &[&arguments[..], &["auto.exr"]].concat());
+    assert!(run.code == Some(0) && !run.stderr.contains("GPU"), "{run:?}");
+    assert_eq!(std::fs::read(bench.path("gpu.exr")).unwrap(), std::fs::read(bench.path("auto.exr")).unwrap());
+}

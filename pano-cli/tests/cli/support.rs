@@ -45,7 +45,13 @@ impl Bench {
 
     /// Runs `pano` in the folder.
     pub(crate) fn pano(&self, args: &[&str]) -> Run {
+        self.pano_with(&[], args)
+    }
+
+    /// Runs `pano` in the folder with environment variables.
+    pub(crate) fn pano_with(&self, variables: &[(&str, &str)], args: &[&str]) -> Run {
         let mut command = Command::new(env!("CARGO_BIN_EXE_pano"));
+        command.envs(variables.iter().copied());
         let Output { status, stdout, stderr } = command.current_dir(self.folder.path()).args(args).output().unwrap();
         let text = |bytes| String::from_utf8(bytes).unwrap();
         Run { code: status.code(), stdout: text(stdout), stderr: text(stderr) }

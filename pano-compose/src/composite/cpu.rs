@@ -43,7 +43,7 @@ pub(super) fn composite(photo: &RadianceImage, layers: &TracedLayers, out: &mut 
 }
 
 /// Mean luminance over the pixels; 0 for a black picture.
-fn mean_luminance(photo: &RadianceImage) -> f64 {
+pub(super) fn mean_luminance(photo: &RadianceImage) -> f64 {
     photo.data().iter().map(|&p| f64::from(luminance(p))).filter(|l| l.is_finite()).sum::<f64>() / photo.data().len() as f64
 }
 

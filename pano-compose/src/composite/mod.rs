@@ -11,6 +11,8 @@
 mod channels;
 mod cpu;
 mod encode;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod irradiance;
 
 pub use channels::exr_channels;

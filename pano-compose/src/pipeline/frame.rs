@@ -1,9 +1,10 @@
 //! One frame: which method makes it, and what every method ends with.
 
+use super::device::Device;
 use super::lights::Lights;
 use super::view::view_of_photo;
 use super::{Clock, Inputs, RenderOptions, Rendered, Result, World, iprt, path_traced, resolve_method};
-use crate::composite::{Composite, Irradiance, composite};
+use crate::composite::{Composite, Irradiance};
 use crate::plan::EffectPlan;
 use pano_core::{
     camera::Camera,
@@ -31,11 +32,13 @@ pub(super) struct Carried {
     lights: Lights,
     /// The past of iprt.
     past: Option<iprt::State>,
+    /// Where stages run.
+    pub(super) device: Device,
 }
 
-impl Default for Carried {
-    fn default() -> Self {
-        Self { lights: Lights::new(), past: None }
+impl Carried {
+    pub(super) fn new(options: &RenderOptions) -> Self {
+        Self { lights: Lights::new(), past: None, device: Device::new(options) }
     }
 }
 
@@ -72,23 +75,28 @@ impl<'a> Frame<'a> {
 
     /// Renders the frame by itself.
     pub(crate) fn render(&self, clock: Clock, progress: &dyn Progress) -> Result<Rendered> {
-        self.render_next(&mut Carried::default(), clock, progress)
+        self.render_next(&mut Carried::new(self.options), clock, progress)
     }
 
     /// Renders the frame as the next of those that carry `carried` from one to the next.
     pub(super) fn render_next(&self, carried: &mut Carried, mut clock: Clock, progress: &dyn Progress) -> Result<Rendered> {
         let mut warnings = Vec::new();
         let (scene, inputs, settings) = (self.scene, self.inputs, &self.options.settings);
+        let device = &mut carried.device;
+        device.begin_frame();
         let method = resolve_method(scene, inputs, &mut warnings)?;
-        let (photo, lighting) = view_of_photo(scene, inputs, self.world, &self.camera)?;
-        clock.stage("view", self.pixels(), 0);
+        let (photo, lighting) = view_of_photo(scene, inputs, self.world, &self.camera, device)?;
+        clock.stage_on(device.last(), "view", self.pixels(), 0);
         let mut facts = inputs.facts(scene, method);
         facts.no_back_faces = !settings.captured.field.back_faces;
         facts.no_sparse = !settings.sparse;
-        let found = (method == Method::Mr360).then(|| carried.lights.frame(scene, inputs, settings));
+        let found = match method {
+            Method::Mr360 => Some(carried.lights.frame(scene, inputs, settings, device)?),
+            _ => None,
+        };
         if let Some(found) = &found {
             facts.lights = Some(found.lights.len());
-            clock.stage("lights", inputs.photo.data().len() as u64, 0);
+            clock.stage_on(device.last(), "lights", inputs.photo.data().len() as u64, 0);
         }
         let mut plan = EffectPlan::for_scene(&facts);
         for &(effect, on) in &self.options.forced {
@@ -96,11 +104,12 @@ impl<'a> Frame<'a> {
         }
         let view = View { photo, lighting };
         let filtered = if method == Method::Iprt {
-            iprt::trace(self, view, &mut carried.past, &mut clock, &mut warnings, progress)?
+            iprt::trace(self, view, &mut carried.past, device, &mut clock, &mut warnings, progress)?
         } else {
-            path_traced::trace(self, method, view, found.as_ref().map(|f| (f, &plan)), &mut clock, &mut warnings, progress)?
+            let lights = found.as_ref().map(|f| (f, &plan));
+            path_traced::trace(self, method, view, lights, device, &mut clock, &mut warnings, progress)?
         };
-        self.finish(filtered, method, plan, warnings, clock)
+        self.finish(filtered, method, plan, device, warnings, clock)
     }
 
     /// The last stage.
@@ -109,19 +118,21 @@ impl<'a> Frame<'a> {
         Filtered { photo, layers, irradiance, shadows }: Filtered,
         method: Method,
         plan: EffectPlan,
+        device: &mut Device,
         mut warnings: Vec<String>,
         mut clock: Clock,
     ) -> Result<Rendered> {
         let mut out = Composite::new(self.camera.width, self.camera.height);
-        let clamped = composite(&photo, &layers, &mut out)?;
+        let clamped = device.composite(&photo, &layers, &mut out)?;
         if clamped.pixels > 0 {
             warnings.push(format!(
                 "{} pixels of the composite were below 0 by {:.3e} in all and were set to 0",
                 clamped.pixels, clamped.energy
             ));
         }
-        clock.stage("composite", self.pixels(), 0);
-        let stats = clock.finish(method.name(), plan, warnings);
+        clock.stage_on(device.last(), "composite", self.pixels(), 0);
+        warnings.extend(device.take_warnings());
+        let stats = clock.finish(method.name(), device.adapter(), plan, warnings);
         let (camera, encoding) = (self.camera, self.inputs.encoding);
         Ok(Rendered { camera, photo, encoding, layers, irradiance, shadows, composite: out, stats })
     }

@@ -1,13 +1,14 @@
 //! What lights a frame of MR360: its lights, tracked from frame to frame, and the maps of what is left.
 
-use super::{Inputs, Settings};
+use super::device::Device;
+use super::{Inputs, Result, Settings};
 use glam::Quat;
 use pano_core::image::RadianceImage;
 use pano_core::io::SourceEncoding;
 use pano_core::light::{DirectionalLight, RadianceMaps};
 use pano_core::scene::Scene;
 use pano_light::track::{self, Tracker};
-use pano_light::{WorkingMap, clipped, detect, ibl};
+use pano_light::{WorkingMap, clipped, detect};
 use pano_trace::mr360::Lighting;
 use std::sync::Arc;
 
@@ -44,30 +45,30 @@ impl Lights {
     }
 
     /// What lights the next frame.
-    pub(super) fn frame(&mut self, scene: &Scene, inputs: &Inputs, settings: &Settings) -> Lighting {
+    pub(super) fn frame(&mut self, scene: &Scene, inputs: &Inputs, settings: &Settings, device: &mut Device) -> Result<Lighting> {
         let found = match self.last.take() {
             Some((photo, found)) if Arc::ptr_eq(&photo, &inputs.photo) => found,
-            _ => Found::of(inputs, settings.detector),
+            _ => Found::of(inputs, settings.detector, device)?,
         };
         let tracked = self.tracker.update(&found.map, &found.lights);
         let world_from_pano = scene.panorama.world_from_pano();
         let lighting = lighting(&found, tracked.iter().map(|t| t.light), world_from_pano, scene, inputs);
         self.last = Some((inputs.photo.clone(), found));
-        lighting
+        Ok(lighting)
     }
 }
 
 impl Found {
-    fn of(inputs: &Inputs, detector: Detector) -> Self {
+    fn of(inputs: &Inputs, detector: Detector, device: &mut Device) -> Result<Self> {
         let ldr = inputs.encoding != SourceEncoding::LinearFloat;
-        let map = if ldr { WorkingMap::from_ldr(&inputs.photo) } else { WorkingMap::from_hdr(&inputs.photo) };
+        let map = device.working_map(&inputs.photo, ldr)?;
         let detection = match detector {
             Detector::Clipped if ldr => clipped::detect(&inputs.photo, &map, &clipped::Params::default()),
-            _ => detect::detect(&map, &detect::Params::default()),
+            _ => device.detect(&map, &detect::Params::default())?,
         };
         let scale = inputs.expansion().recip();
-        let maps = ibl::radiance_maps(&detection.clamped(&map).map(|p| p * scale));
-        Self { map, lights: detection.lights, maps }
+        let maps = device.radiance_maps(&detection.clamped(&map).map(|p| p * scale))?;
+        Ok(Self { map, lights: detection.lights, maps })
     }
 }
 

@@ -4,6 +4,7 @@
 //! load ──> world (proxies | captured field) ──> trace ──> denoise ──> composite
 //! ```
 
+mod device;
 mod error;
 mod estimate;
 mod folder;
@@ -19,6 +20,7 @@ mod stats;
 mod view;
 mod world;
 
+pub use device::{Backend, GPU_STAGES, GpuSettings};
 pub use error::{Error, Result};
 pub use estimate::{Plan, PlannedStage, plan};
 pub use folder::Folder;
@@ -42,24 +44,12 @@ use pano_core::{
 };
 pub(crate) use stats::Clock;
 
-/// Where the stages run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Backend {
-    /// The fastest there is; so far the CPU.
-    #[default]
-    Auto,
-    /// The CPU.
-    Cpu,
-    /// The GPU: refused, as no stage runs there yet.
-    Gpu,
-}
-
 /// What a caller decides besides the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderOptions {
     /// Filter the layers after tracing.
     pub denoise: bool,
-    /// Where the stages run.
+    /// Where the stages run. Default the CPU: no driver is touched unless asked for.
     pub backend: Backend,
     /// Changes all random numbers.
     pub seed: u32,
@@ -99,7 +89,7 @@ impl RenderOptions {
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        Self { denoise: true, backend: Backend::Auto, seed: 0, frame: 0, settings: Settings::default(), forced: Vec::new() }
+        Self { denoise: true, backend: Backend::Cpu, seed: 0, frame: 0, settings: Settings::default(), forced: Vec::new() }
     }
 }
 

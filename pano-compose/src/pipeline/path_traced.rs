@@ -1,5 +1,6 @@
 //! Frames of the methods that make their layers in one go, each frame by itself: the path tracers and mr360.
 
+use super::device::Device;
 use super::frame::{Filtered, Frame, View};
 use super::view::rescale_delta;
 use super::world::tracer_method;
@@ -11,11 +12,13 @@ use pano_trace::mr360;
 use pano_trace::tracer::{self, TraceParams, Traced};
 
 /// Traces and filters a frame; `lights` are those of mr360, with the plan that says what becomes of them.
+#[expect(clippy::too_many_arguments, reason = "each is another stage's")]
 pub(super) fn trace(
     frame: &Frame<'_>,
     method: Method,
     view: View,
     lights: Option<(&mr360::Lighting, &EffectPlan)>,
+    device: &mut Device,
     clock: &mut Clock,
     warnings: &mut Vec<String>,
     progress: &dyn Progress,
@@ -70,7 +73,7 @@ pub(super) fn trace(
         progress.begin("denoise", 1);
         let wrap = frame.camera.projection == Projection::Panorama;
         let params = cross_bilateral::Params { wrap, delta_passes: frame.options.settings.delta_passes, ..Default::default() };
-        let report = cross_bilateral::filter(&params, &mut layers)?;
+        let report = device.denoise(&params, &mut layers)?;
         for (layer, energy) in [("object", report.object), ("delta", report.delta)] {
             // The filter conserves energy but for edges; more than this would be visible.
             if energy.relative_change().abs() > 0.02 {
@@ -81,7 +84,7 @@ pub(super) fn trace(
             }
         }
         progress.advance(1);
-        clock.stage("denoise", pixels, 0);
+        clock.stage_on(device.last(), "denoise", pixels, 0);
     }
     Ok(Filtered { photo: view.photo, layers, irradiance: None, shadows })
 }

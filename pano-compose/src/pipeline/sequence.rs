@@ -4,7 +4,7 @@
 use super::frame::{Carried, Frame};
 use super::load::{Inputs, Loader, prepare_objects};
 use super::world::{World, build_world, resolve_method};
-use super::{Backend, Clock, Error, RenderOptions, Rendered, Result};
+use super::{Clock, RenderOptions, Rendered, Result};
 use pano_core::{
     image::{Image, RadianceImage},
     progress::Progress,
@@ -35,7 +35,7 @@ struct Built {
 impl<'a> Sequence<'a> {
     /// Of `scene`; [`RenderOptions::frame`] is not looked at.
     pub fn new(scene: &'a Scene, options: &'a RenderOptions) -> Self {
-        Self { scene, options, loader: Loader::default(), built: None, carried: Carried::default() }
+        Self { scene, options, loader: Loader::default(), built: None, carried: Carried::new(options) }
     }
 
     /// Renders frame `frame`.
@@ -43,9 +43,6 @@ impl<'a> Sequence<'a> {
     /// # Errors
     /// Faults of the files the scene names, of the options, or [`Error::Cancelled`].
     pub fn render(&mut self, frame: u32, progress: &dyn Progress) -> Result<Rendered> {
-        if self.options.backend == Backend::Gpu {
-            return Err(Error::unsupported("no stage runs on the GPU in this version", "use --backend cpu or auto"));
-        }
         let options = RenderOptions { frame, ..self.options.clone() };
         let mut clock = Clock::new();
         progress.begin("load", 1);

@@ -1,6 +1,6 @@
 //! `--set key=value`: the knobs that are neither in the scene file nor among the common options.
 
-use super::{Detector, Error, Result};
+use super::{Detector, Error, GPU_STAGES, GpuSettings, Result};
 use pano_denoise::cross_bilateral;
 use pano_trace::tracer::Mis;
 use pano_trace::world::CapturedOptions;
@@ -33,6 +33,13 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "back_faces", help: "true | false: things have back faces at depth gaps (true)" },
     Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map near objects (512)" },
     Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (8)" },
+    Setting {
+        key: "gpu_from",
+        help: "a stage, as --stats names it: the stages before it run on the CPU, whatever the backend (none)",
+    },
+    Setting { key: "gpu_until", help: "a stage: the stages after it run on the CPU, whatever the backend (none)" },
+    Setting { key: "gpu_binding", help: "1–128: MiB that a picture may have on the GPU; larger ones go in bands (128)" },
+    Setting { key: "gpu_lose_after", help: "0–1000000: submissions after which the GPU is lost, to try what happens (never)" },
 ];
 
 /// The knobs' values.
@@ -54,6 +61,8 @@ pub struct Settings {
     pub gloss_roughness: f32,
     /// How a captured field is prepared.
     pub captured: CapturedOptions,
+    /// `gpu_from`, `gpu_until`, `gpu_binding`, `gpu_lose_after`.
+    pub gpu: GpuSettings,
 }
 
 impl Default for Settings {
@@ -67,6 +76,7 @@ impl Default for Settings {
             gloss: 0.0,
             gloss_roughness: 0.3,
             captured: CapturedOptions::default(),
+            gpu: GpuSettings::default(),
         }
     }
 }
@@ -84,6 +94,7 @@ impl Settings {
         let bad = || Error::unsupported(format!("`{value}` is no value of `{key}`"), setting.help);
         let number = |lo: f32, hi: f32| value.parse::<f32>().ok().filter(|v| (lo..=hi).contains(v)).ok_or_else(bad);
         let count = |lo: u32, hi: u32| value.parse::<u32>().ok().filter(|v| (lo..=hi).contains(v)).ok_or_else(bad);
+        let stage = || GPU_STAGES.iter().position(|s| *s == value).ok_or_else(bad);
         match key {
             "mis" => {
                 self.mis = match value {
@@ -112,6 +123,10 @@ impl Settings {
             "back_faces" => self.captured.field.back_faces = value.parse().map_err(|_| bad())?,
             "irradiance_width" => self.captured.irradiance_width = count(8, 4096)? as usize,
             "irradiance_samples" => self.captured.irradiance_samples = count(1, 65536)?,
+            "gpu_from" => self.gpu.from = Some(stage()?),
+            "gpu_until" => self.gpu.until = Some(stage()?),
+            "gpu_binding" => self.gpu.max_binding = Some(u64::from(count(1, 128)?) << 20),
+            "gpu_lose_after" => self.gpu.lose_after = Some(count(0, 1_000_000)?),
             _ => unreachable!("every key of SETTINGS is matched: {key}"),
         }
         Ok(())

@@ -9,9 +9,9 @@ use std::time::Instant;
 pub struct StageStats {
     /// Its name.
     pub name: &'static str,
-    /// Where it ran.
+    /// Where it ran: `cpu` or `gpu`.
     pub backend: &'static str,
-    /// Milliseconds of wall time.
+    /// Milliseconds of wall time; on the GPU with copies to and from it.
     pub ms: f64,
     /// Pixels it worked on.
     pub pixels: u64,
@@ -24,9 +24,9 @@ pub struct StageStats {
 pub struct Stats {
     /// The method that ran.
     pub method: String,
-    /// Where it ran.
+    /// `gpu` if any stage ran there, otherwise `cpu`.
     pub backend: &'static str,
-    /// Name of the GPU; `None` on the CPU.
+    /// Name of the GPU; `None` if no stage ran there.
     pub adapter: Option<String>,
     /// Milliseconds of wall time, reading included, writing not.
     pub total_ms: f64,
@@ -53,14 +53,23 @@ impl Clock {
 
     /// The stage `name`, which began when the last one ended, has ended.
     pub(crate) fn stage(&mut self, name: &'static str, pixels: u64, rays: u64) {
+        self.stage_on("cpu", name, pixels, rays);
+    }
+
+    /// [`Self::stage`] of one that ran on `backend`.
+    pub(crate) fn stage_on(&mut self, backend: &'static str, name: &'static str, pixels: u64, rays: u64) {
         let now = Instant::now();
         let ms = (now - self.last).as_secs_f64() * 1e3;
         self.last = now;
-        self.stages.push(StageStats { name, backend: "cpu", ms, pixels, rays });
+        self.stages.push(StageStats { name, backend, ms, pixels, rays });
     }
 
-    pub(crate) fn finish(self, method: &str, plan: EffectPlan, warnings: Vec<String>) -> Stats {
+    /// The statistics; `adapter` is the GPU that was in use, if any.
+    pub(crate) fn finish(self, method: &str, adapter: Option<String>, plan: EffectPlan, warnings: Vec<String>) -> Stats {
         let total_ms = (self.last - self.begin).as_secs_f64() * 1e3;
-        Stats { method: method.to_owned(), backend: "cpu", adapter: None, total_ms, stages: self.stages, plan, warnings }
+        let on_gpu = self.stages.iter().any(|s| s.backend == "gpu");
+        let backend = if on_gpu { "gpu" } else { "cpu" };
+        let adapter = adapter.filter(|_| on_gpu);
+        Stats { method: method.to_owned(), backend, adapter, total_ms, stages: self.stages, plan, warnings }
     }
 }

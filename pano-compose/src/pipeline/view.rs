@@ -1,5 +1,6 @@
 //! The real picture in the view.
 
+use super::device::Device;
 use super::{Inputs, Result, World};
 use glam::Vec3;
 use pano_core::{camera::Camera, image::RadianceImage, layers::TracedLayers, scene::Scene, sphere};
@@ -10,11 +11,12 @@ pub(super) fn view_of_photo(
     inputs: &Inputs,
     world: &World,
     camera: &Camera,
+    device: &mut Device,
 ) -> Result<(RadianceImage, Option<RadianceImage>)> {
     let turn = scene.panorama.world_from_pano();
     let capture = scene.panorama.position;
     let moved = camera.position.distance(capture) > 1e-4;
-    let view = |picture: &RadianceImage| -> Result<RadianceImage> {
+    let mut view = |picture: &RadianceImage| -> Result<RadianceImage> {
         if moved {
             // Another place sees the surface from elsewhere: each pixel shows what the panorama shows of its point.
             return Ok(RadianceImage::par_from_fn(camera.width, camera.height, |x, y| {
@@ -24,7 +26,7 @@ pub(super) fn view_of_photo(
             }));
         }
         let mut out = RadianceImage::filled(camera.width, camera.height, Vec3::ZERO);
-        sphere::resample::view_from_panorama(picture, turn, camera, &mut out)?;
+        device.view(picture, turn, camera, &mut out)?;
         Ok(out)
     };
     let lighting = match &inputs.lighting {

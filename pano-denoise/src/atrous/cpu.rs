@@ -8,9 +8,9 @@ use pano_core::image::Image;
 use rayon::prelude::*;
 
 /// The B-spline of a 5-tap row.
-const SPLINE: [f64; 5] = [1.0 / 16.0, 0.25, 0.375, 0.25, 1.0 / 16.0];
+pub(super) const SPLINE: [f64; 5] = [1.0 / 16.0, 0.25, 0.375, 0.25, 1.0 / 16.0];
 /// Standard deviations below this share of the luminance are rounding.
-const ROUNDING: f64 = 1e-6;
+pub(super) const ROUNDING: f64 = 1e-6;
 
 /// One pixel of the signal between passes.
 #[derive(Clone, Copy, Default)]

@@ -13,6 +13,8 @@
 //! Variances are filtered along (Σ w²·var / (Σ w)²), so that each pass stops earlier than the one before.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 use crate::Energy;
 use glam::Vec3;
@@ -52,6 +54,32 @@ pub struct Guides<'a> {
     pub normal: &'a Image<Vec3>,
 }
 
+impl Params {
+    /// That every value is in its range.
+    fn check(&self) -> Result<()> {
+        let sigmas =
+            [("sigma_depth", self.sigma_depth), ("sigma_normal", self.sigma_normal), ("sigma_luminance", self.sigma_luminance)];
+        for (name, sigma) in sigmas {
+            if sigma.is_nan() || sigma <= 0.0 {
+                return Err(Error::argument(format!("à-trous filter: {name} is {sigma}; give a value above 0")));
+            }
+        }
+        if self.levels > 8 {
+            return Err(Error::argument(format!("à-trous filter: {} levels; give at most 8", self.levels)));
+        }
+        Ok(())
+    }
+}
+
+impl Guides<'_> {
+    /// That all pictures have the signal's size.
+    fn check(&self, size: (usize, usize), share: &Image<f32>, variance: Option<&Image<f32>>) -> Result<()> {
+        let mut pictures = vec![("depth", self.depth.size()), ("normal", self.normal.size()), ("share", share.size())];
+        pictures.extend(variance.map(|v| ("variance", v.size())));
+        crate::check_sizes("à-trous filter", size, &pictures)
+    }
+}
+
 /// Filters `signal`, which is premultiplied by `share` ([0, 1]; all ones for one that is not), and along with it `variance`:
 /// the variance (≥ 0) of the luminance of each pixel's un-premultiplied value.
 ///
@@ -66,26 +94,8 @@ pub fn filter(
     variance: &mut Image<f32>,
     signal: &mut Image<Vec3>,
 ) -> Result<Energy> {
-    for (name, sigma) in
-        [("sigma_depth", params.sigma_depth), ("sigma_normal", params.sigma_normal), ("sigma_luminance", params.sigma_luminance)]
-    {
-        if sigma.is_nan() || sigma <= 0.0 {
-            return Err(Error::argument(format!("à-trous filter: {name} is {sigma}; give a value above 0")));
-        }
-    }
-    if params.levels > 8 {
-        return Err(Error::argument(format!("à-trous filter: {} levels; give at most 8", params.levels)));
-    }
-    crate::check_sizes(
-        "à-trous filter",
-        signal.size(),
-        &[
-            ("depth", guides.depth.size()),
-            ("normal", guides.normal.size()),
-            ("share", share.size()),
-            ("variance", variance.size()),
-        ],
-    )?;
+    params.check()?;
+    guides.check(signal.size(), share, Some(variance))?;
     Ok(cpu::filter(params, guides, share, variance, signal))
 }
 
@@ -95,11 +105,7 @@ pub fn filter(
 /// # Errors
 /// [`Error::Argument`] if the pictures differ in size.
 pub fn spatial_variance(params: &Params, guides: &Guides<'_>, share: &Image<f32>, signal: &Image<Vec3>) -> Result<Image<f32>> {
-    crate::check_sizes(
-        "à-trous filter",
-        signal.size(),
-        &[("depth", guides.depth.size()), ("normal", guides.normal.size()), ("share", share.size())],
-    )?;
+    guides.check(signal.size(), share, None)?;
     Ok(cpu::spatial_variance(params, guides, share, signal))
 }
 

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 const RADIUS: isize = 2;
 /// Raw values may differ by this many standard deviations of the noise before the tap counts less. Chosen empirically: at
 /// 6 a step of six standard deviations loses a fifth of its contrast, at 3 one lit pixel in ten is hardly spread.
-const OUTLIER: f64 = 4.0;
+pub(super) const OUTLIER: f64 = 4.0;
 /// The eight neighbours; the second half is opposite to the first, in the same order.
 const NEIGHBOURS: [(isize, isize); 8] = [(1, 0), (0, 1), (1, 1), (1, -1), (-1, 0), (0, -1), (-1, -1), (-1, 1)];
 

@@ -19,6 +19,8 @@
 //! The average is not exactly energy preserving next to edges; [`Report`] tells by how much.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 pub use crate::Energy;
 
@@ -60,6 +62,24 @@ impl Default for Params {
             sigma_radiance: 1.0,
             delta_passes: 3,
         }
+    }
+}
+
+impl Params {
+    /// That every sigma is > 0.
+    fn check(&self) -> Result<()> {
+        for (name, sigma) in [
+            ("sigma_space", self.sigma_space),
+            ("sigma_depth", self.sigma_depth),
+            ("sigma_normal", self.sigma_normal),
+            ("sigma_albedo", self.sigma_albedo),
+            ("sigma_radiance", self.sigma_radiance),
+        ] {
+            if sigma.is_nan() || sigma <= 0.0 {
+                return Err(Error::argument(format!("cross-bilateral filter: {name} is {sigma}; give a value above 0")));
+            }
+        }
+        Ok(())
     }
 }
 
@@ -106,17 +126,7 @@ pub fn filter(params: &Params, layers: &mut TracedLayers) -> Result<Report> {
 /// # Errors
 /// [`Error::Argument`] if a sigma is not > 0 or the pictures differ in size.
 pub fn filter_layer(params: &Params, guides: &Guides<'_>, share: &Image<f32>, layer: &mut Image<Vec3>) -> Result<Energy> {
-    for (name, sigma) in [
-        ("sigma_space", params.sigma_space),
-        ("sigma_depth", params.sigma_depth),
-        ("sigma_normal", params.sigma_normal),
-        ("sigma_albedo", params.sigma_albedo),
-        ("sigma_radiance", params.sigma_radiance),
-    ] {
-        if sigma.is_nan() || sigma <= 0.0 {
-            return Err(Error::argument(format!("cross-bilateral filter: {name} is {sigma}; give a value above 0")));
-        }
-    }
+    params.check()?;
     crate::check_sizes(
         "cross-bilateral filter",
         layer.size(),

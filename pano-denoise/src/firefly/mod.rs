@@ -2,6 +2,8 @@
 //! and told.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 use glam::Vec3;
 use pano_core::image::Image;
@@ -23,6 +25,16 @@ impl Default for Params {
     }
 }
 
+impl Params {
+    /// That the factor is in its range.
+    fn check(&self) -> Result<()> {
+        if self.factor.is_nan() || self.factor < 1.0 {
+            return Err(Error::argument(format!("firefly clamp: factor is {}; give at least 1", self.factor)));
+        }
+        Ok(())
+    }
+}
+
 /// What clamping took away.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clamped {
@@ -41,9 +53,7 @@ pub struct Clamped {
 /// # Errors
 /// [`Error::Argument`] if the factor is below 1 or the pictures differ in size.
 pub fn clamp(params: &Params, share: &Image<f32>, signal: &mut Image<Vec3>) -> Result<Clamped> {
-    if params.factor.is_nan() || params.factor < 1.0 {
-        return Err(Error::argument(format!("firefly clamp: factor is {}; give at least 1", params.factor)));
-    }
+    params.check()?;
     crate::check_sizes("firefly clamp", signal.size(), &[("share", share.size())])?;
     Ok(cpu::clamp(params, share, signal))
 }

@@ -7,6 +7,8 @@
 //! [`Params::blend`].
 
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 use glam::{Vec2, Vec3};
 use pano_core::image::Image;
@@ -51,6 +53,36 @@ pub struct Guides<'a> {
     pub previous_depth: &'a Image<f32>,
 }
 
+impl Params {
+    /// That every value is in its range.
+    fn check(&self) -> Result<()> {
+        if !(self.blend > 0.0 && self.blend <= 1.0) {
+            return Err(Error::argument(format!("temporal filter: blend is {}; give a value in (0, 1]", self.blend)));
+        }
+        if self.clamp.is_nan() || self.clamp < 0.0 {
+            return Err(Error::argument(format!("temporal filter: clamp is {}; give 0 or more", self.clamp)));
+        }
+        Ok(())
+    }
+}
+
+impl Guides<'_> {
+    /// That all pictures have the signal's size.
+    fn check(&self, size: (usize, usize)) -> Result<()> {
+        crate::check_sizes(
+            "temporal filter",
+            size,
+            &[
+                ("depth", self.depth.size()),
+                ("normal", self.normal.size()),
+                ("thing", self.thing.size()),
+                ("previous", self.previous.size()),
+                ("previous_depth", self.previous_depth.size()),
+            ],
+        )
+    }
+}
+
 /// What is kept of a frame for the next one.
 #[derive(Clone, Debug)]
 pub struct History {
@@ -80,23 +112,8 @@ impl History {
 /// # Errors
 /// [`Error::Argument`] if a parameter is out of range or the pictures differ in size.
 pub fn accumulate(params: &Params, guides: &Guides<'_>, signal: &mut Image<Vec3>, history: &mut Option<History>) -> Result<()> {
-    if !(params.blend > 0.0 && params.blend <= 1.0) {
-        return Err(Error::argument(format!("temporal filter: blend is {}; give a value in (0, 1]", params.blend)));
-    }
-    if params.clamp.is_nan() || params.clamp < 0.0 {
-        return Err(Error::argument(format!("temporal filter: clamp is {}; give 0 or more", params.clamp)));
-    }
-    crate::check_sizes(
-        "temporal filter",
-        signal.size(),
-        &[
-            ("depth", guides.depth.size()),
-            ("normal", guides.normal.size()),
-            ("thing", guides.thing.size()),
-            ("previous", guides.previous.size()),
-            ("previous_depth", guides.previous_depth.size()),
-        ],
-    )?;
+    params.check()?;
+    guides.check(signal.size())?;
     let past = history.take().filter(|h| h.signal.size() == signal.size());
     *history = Some(cpu::accumulate(params, guides, signal, past.as_ref()));
     Ok(())

@@ -11,7 +11,7 @@ use pano_core::image::Image;
 use pano_core::light::DirectionalLight;
 
 /// The upper half's size.
-const SIZE: (usize, usize) = (WorkingMap::WIDTH, WorkingMap::HEIGHT / 2);
+pub(super) const SIZE: (usize, usize) = (WorkingMap::WIDTH, WorkingMap::HEIGHT / 2);
 
 /// A standard deviation below this share of the mean is one of rounding: a constant map that was resampled has no lights.
 const ROUNDING: f64 = 1e-5;
@@ -30,8 +30,12 @@ impl Statistics {
     pub(crate) fn of(map: &WorkingMap, params: &Params) -> Self {
         let (w, h) = SIZE;
         let luminance = Image::from_fn(w, h, |x, y| map.radiance().get(x, y).dot(LUMA_WEIGHTS));
-        let blurred = box_blur(&luminance, params.blur_radius);
-        let n = (w * h) as f64;
+        Self::of_blurred(box_blur(&luminance, params.blur_radius))
+    }
+
+    /// Of the blurred luminance itself.
+    pub(super) fn of_blurred(blurred: Image<f32>) -> Self {
+        let n = blurred.data().len() as f64;
         let mean = blurred.data().iter().map(|&y| f64::from(y)).sum::<f64>() / n;
         // In two passes: the mean of squares minus the square of the mean cancels in a constant map, which has no lights.
         let variance = blurred.data().iter().map(|&y| (f64::from(y) - mean).powi(2)).sum::<f64>() / n;
@@ -40,9 +44,9 @@ impl Statistics {
 }
 
 /// See [`super::detect`].
-pub(super) fn detect(map: &WorkingMap, params: &Params) -> Detection {
+pub(super) fn detect(map: &WorkingMap, params: &Params, statistics: Statistics) -> Detection {
     let (w, h) = SIZE;
-    let Statistics { mean, sigma, blurred } = Statistics::of(map, params);
+    let Statistics { mean, sigma, blurred } = statistics;
     let threshold = mean + params.sigmas * sigma;
     let flat = sigma <= ROUNDING * mean;
     let mask = blurred.map(|y| !flat && f64::from(y) > threshold);

@@ -22,6 +22,8 @@
 
 mod components;
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 pub(crate) use components::components;
 pub(crate) use cpu::{Statistics, strongest};
@@ -67,7 +69,7 @@ pub struct Detection {
 
 /// Finds the lights of `map`.
 pub fn detect(map: &WorkingMap, params: &Params) -> Detection {
-    cpu::detect(map, params)
+    cpu::detect(map, params, Statistics::of(map, params))
 }
 
 impl Detection {

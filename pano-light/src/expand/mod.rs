@@ -8,6 +8,8 @@
 //! The paper does not say in which encoding its colours are; here they are linear light, as all rendering needs.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 use glam::Vec3;
 use pano_core::image::RadianceImage;
@@ -16,6 +18,11 @@ use pano_core::{Error, Result};
 /// Weights of the luminance Y that the operator and MR360's light detection use.
 pub const LUMA_WEIGHTS: Vec3 = Vec3::new(0.3, 0.59, 0.11);
 
+/// What white adds to k.
+const GAIN: f32 = 10.0;
+/// k of black.
+const BASE: f32 = 1.8;
+
 /// The factor k that multiplies a linear colour in [0, 1]; from 1.8 (black) to 11.8 (white).
 #[inline]
 pub fn factor(rgb: Vec3) -> f32 {
@@ -23,7 +30,7 @@ pub fn factor(rgb: Vec3) -> f32 {
     let y = rgb.dot(LUMA_WEIGHTS);
     let y2 = y * y;
     let y4 = y2 * y2;
-    10.0 * (y4 * y4 * y2) + 1.8
+    GAIN * (y4 * y4 * y2) + BASE
 }
 
 /// Expands one linear colour. Channels are clamped to [0, 1] first, NaN counts as 0.
@@ -40,12 +47,18 @@ pub fn pixel(rgb: Vec3) -> Vec3 {
 /// # Errors
 /// [`Error::Argument`] if the pictures differ in size.
 pub fn expand(ldr: &RadianceImage, hdr: &mut RadianceImage) -> Result<()> {
-    if ldr.size() != hdr.size() {
-        let ((w, h), (v, g)) = (ldr.size(), hdr.size());
-        return Err(Error::argument(format!("inverse tone mapping: the input has {w}×{h} pixels, the output {v}×{g}")));
-    }
+    check_sizes(ldr, hdr)?;
     cpu::expand(ldr, hdr);
     Ok(())
+}
+
+/// That both pictures have one size.
+fn check_sizes(ldr: &RadianceImage, hdr: &RadianceImage) -> Result<()> {
+    if ldr.size() == hdr.size() {
+        return Ok(());
+    }
+    let ((w, h), (v, g)) = (ldr.size(), hdr.size());
+    Err(Error::argument(format!("inverse tone mapping: the input has {w}×{h} pixels, the output {v}×{g}")))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Convolution by lookups; rayon over rows.
 
 use super::kernel::{Kernel, Lookups};
-use super::pyramid::Pyramid;
+use super::pyramid::{self, Pyramid};
 use super::{DIFFUSE_SIZE, GLOSSY_SIZES};
 use glam::{Vec2, Vec3, Vec3A};
 use pano_core::image::{Image, RadianceImage};
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::sync::LazyLock;
 
 /// The lookups of [`Kernel::Diffuse`] and of each glossy map's kernel: the same for every panorama.
-static LOOKUPS: LazyLock<(Lookups, [Lookups; GLOSSY_ROUGHNESS.len()])> = LazyLock::new(|| {
+pub(super) static LOOKUPS: LazyLock<(Lookups, [Lookups; GLOSSY_ROUGHNESS.len()])> = LazyLock::new(|| {
     let glossy = |roughness| Kernel::Glossy(roughness).samples();
     (Kernel::Diffuse.samples(), GLOSSY_ROUGHNESS.map(glossy))
 });
@@ -30,23 +30,32 @@ pub(super) fn radiance_maps(panorama: &RadianceImage) -> RadianceMaps {
 /// The panorama seen through a kernel. The lookups of one row's pixels differ by a turn about the pole only, so that directions
 /// are worked out once a row.
 fn convolved(pyramid: &Pyramid, lookups: &Lookups, (width, height): (usize, usize)) -> RadianceImage {
-    let levels = lookups.map(|s| pyramid.level(s.solid_angle));
     let mut map = RadianceImage::filled(width, height, Vec3::ZERO);
     map.data_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        let axis = sphere::direction_from_uv(Vec2::new(0.5 / width as f32, (y as f32 + 0.5) / height as f32));
-        let (a, b) = axis.any_orthonormal_pair();
         let mut sums = vec![Vec3A::ZERO; width];
         let mut mixed = Vec::new();
-        for (sample, level) in lookups.iter().zip(levels) {
-            let d = sample.direction;
-            let uv = sphere::uv_from_direction(a * d.x + b * d.y + axis * d.z);
-            add_row(level, uv, &mut mixed, &mut sums);
+        for (uv, level) in row_lookups(lookups, (width, height), y) {
+            add_row(pyramid.level(level), uv, &mut mixed, &mut sums);
         }
         for (out, sum) in row.iter_mut().zip(sums) {
             *out = Vec3::from(sum) / lookups.len() as f32;
         }
     });
     map
+}
+
+/// Where the lookups of the first pixel of row `y` fall, and in which level of the pyramid.
+pub(super) fn row_lookups(
+    lookups: &Lookups,
+    (width, height): (usize, usize),
+    y: usize,
+) -> impl Iterator<Item = (Vec2, usize)> + '_ {
+    let axis = sphere::direction_from_uv(Vec2::new(0.5 / width as f32, (y as f32 + 0.5) / height as f32));
+    let (a, b) = axis.any_orthonormal_pair();
+    lookups.iter().map(move |sample| {
+        let d = sample.direction;
+        (sphere::uv_from_direction(a * d.x + b * d.y + axis * d.z), pyramid::level_for(sample.solid_angle))
+    })
 }
 
 /// Adds to each of `sums` what `level` shows at `uv`, u growing by one turn in all. Bilinear; rows beyond the poles are those of

@@ -11,6 +11,8 @@
 
 mod cpu;
 pub mod exact;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod kernel;
 pub mod median_cut;
 mod pyramid;

@@ -6,9 +6,9 @@ use pano_core::sphere::{self, resample::resize_panorama};
 use std::f32::consts::PI;
 
 /// Rows of the finest level: 1.4° a row, half of what the smallest sector of the narrowest glossy lobe spans.
-const ROWS: usize = 128;
+pub(super) const ROWS: usize = 128;
 /// Levels, down to 4×2 pixels.
-const LEVELS: usize = 7;
+pub(super) const LEVELS: usize = 7;
 
 /// Levels of 256×128, 128×64, … 4×2 pixels.
 #[derive(Clone, Debug)]
@@ -27,12 +27,22 @@ impl Pyramid {
         Self { levels: plain.iter().map(widened).collect() }
     }
 
-    /// The level whose pixels at the equator come nearest to `solid_angle` in steradians.
-    pub(super) fn level(&self, solid_angle: f32) -> &Image<Vec3A> {
-        let rows = PI / solid_angle.max(1e-8).sqrt();
-        let level = (ROWS as f32 / rows).log2().round().clamp(0.0, (LEVELS - 1) as f32);
-        &self.levels[level as usize]
+    /// A level, of those that [`level_for`] names.
+    pub(super) fn level(&self, level: usize) -> &Image<Vec3A> {
+        &self.levels[level]
     }
+}
+
+/// The level whose pixels at the equator come nearest to `solid_angle` in steradians.
+pub(super) fn level_for(solid_angle: f32) -> usize {
+    let rows = PI / solid_angle.max(1e-8).sqrt();
+    (ROWS as f32 / rows).log2().round().clamp(0.0, (LEVELS - 1) as f32) as usize
+}
+
+/// Half the width over which row `y` of a level is averaged, in whole pixels; the row at the pole is one value.
+pub(super) fn reach(width: usize, height: usize, y: usize) -> usize {
+    let sin = ((y as f32 + 0.5) / height as f32 * PI).sin();
+    ((0.5 / sin) as usize).min((width - 1) / 2)
 }
 
 /// Two by two pixels become one; rows weigh as their solid angles do.
@@ -57,9 +67,7 @@ fn widened(level: &Image<Vec3A>) -> Image<Vec3A> {
     let (w, h) = level.size();
     let mut wide = level.clone();
     for y in 0..h {
-        let sin = ((y as f32 + 0.5) / h as f32 * PI).sin();
-        // Half the width in whole pixels; the row at the pole is one value.
-        let half = ((0.5 / sin) as usize).min((w - 1) / 2);
+        let half = reach(w, h, y);
         if half == 0 {
             continue;
         }

@@ -8,6 +8,9 @@
 //! *Departure*: Algorithm 2 as printed weighs by distance, so that the farthest sample counts most; here the weight is the
 //! inverse distance.
 
+#[cfg(feature = "gpu")]
+pub mod gpu;
+
 use glam::Vec3;
 use pano_core::image::Image;
 

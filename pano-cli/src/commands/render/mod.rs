@@ -58,6 +58,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                 console.message(&format!("warning: {warning}"));
             }
         }
+        if let Some(adapter) = &rendered.stats.adapter
+            && told.insert(adapter.clone())
+        {
+            console.message(&format!("stages ran on {adapter}"));
+        }
         if console.cancelled() {
             return Err(pipeline::Error::Cancelled.into());
         }

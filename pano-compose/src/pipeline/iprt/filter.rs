@@ -1,6 +1,6 @@
 //! Filters between the passes.
 
-use super::super::Result;
+use super::super::{Result, device::Device};
 use super::Signals;
 use glam::Vec3;
 use pano_core::image::Image;
@@ -25,25 +25,26 @@ pub(super) struct Filters<'a> {
     pub(super) samples: u32,
     /// The view is a whole panorama.
     pub(super) wrap: bool,
+    /// Where they run, and as what.
+    pub(super) device: &'a mut Device,
+    pub(super) stage: &'static str,
 }
 
 impl Filters<'_> {
-    fn guides(&self) -> atrous::Guides<'_> {
-        atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal }
-    }
-
-    fn spread(&self, share: &Image<f32>, variance: &mut Image<f32>, signal: &mut Image<Vec3>) -> Result<()> {
+    fn spread(&mut self, share: &Image<f32>, variance: &mut Image<f32>, signal: &mut Image<Vec3>) -> Result<()> {
+        let guides = atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal };
         let mut params = atrous::Params { wrap: self.wrap, ..atrous::Params::default() };
-        if self.samples < SAMPLES_WITH_VARIANCE {
+        let variance = if self.samples < SAMPLES_WITH_VARIANCE {
             params.sigma_luminance *= RARE;
-            *variance = atrous::spatial_variance(&params, &self.guides(), share, signal)?;
-        }
-        atrous::filter(&params, &self.guides(), share, variance, signal)?;
-        Ok(())
+            None
+        } else {
+            Some(variance)
+        };
+        self.device.spread(self.stage, &params, &guides, share, variance, signal)
     }
 
     /// E_R and E_RV − E_R.
-    pub(super) fn real(&self, real: &mut RealEstimate, warnings: &mut Vec<String>) -> Result<()> {
+    pub(super) fn real(&mut self, real: &mut RealEstimate, warnings: &mut Vec<String>) -> Result<()> {
         self.clamp_fireflies("irradiance", &real.share, &mut real.irradiance, warnings)?;
         self.spread(&real.share, &mut real.irradiance_variance, &mut real.irradiance)?;
         // The change keeps the energy of its fireflies: they are caustics.
@@ -51,7 +52,7 @@ impl Filters<'_> {
     }
 
     /// The objects' radiance, without their base colour.
-    pub(super) fn seen(&self, seen: &mut VirtualEstimate, warnings: &mut Vec<String>) -> Result<()> {
+    pub(super) fn seen(&mut self, seen: &mut VirtualEstimate, warnings: &mut Vec<String>) -> Result<()> {
         self.clamp_fireflies("object", &seen.coverage, &mut seen.radiance, warnings)?;
         let albedo = self.buffer.albedo.map(|a| if a.min_element() >= LEAST_ALBEDO { a } else { Vec3::ONE });
         for (radiance, &albedo) in seen.radiance.data_mut().iter_mut().zip(albedo.data()) {
@@ -70,14 +71,14 @@ impl Filters<'_> {
     }
 
     fn clamp_fireflies(
-        &self,
+        &mut self,
         layer: &str,
         share: &Image<f32>,
         signal: &mut Image<Vec3>,
         warnings: &mut Vec<String>,
     ) -> Result<()> {
         let params = firefly::Params { wrap: self.wrap, ..firefly::Params::default() };
-        let clamped = firefly::clamp(&params, share, signal)?;
+        let clamped = self.device.clamp_fireflies(self.stage, &params, share, signal)?;
         // Less than a hundredth is what rounds away at the edges of highlights.
         if clamped.energy > 1e-2 * clamped.before {
             warnings.push(format!(
@@ -92,6 +93,7 @@ impl Filters<'_> {
 
 /// Blends `signal`, premultiplied by `share`, with its `history`, and premultiplies it by `target` in the end.
 pub(super) fn remember(
+    (device, stage): (&mut Device, &'static str),
     params: &temporal::Params,
     guides: &temporal::Guides<'_>,
     (share, target): (&Image<f32>, &Image<f32>),
@@ -102,7 +104,7 @@ pub(super) fn remember(
     for (value, &share) in signal.data_mut().iter_mut().zip(share.data()) {
         *value = if share > 0.0 { *value / share } else { Vec3::NAN };
     }
-    temporal::accumulate(params, guides, signal, history)?;
+    device.accumulate(stage, params, guides, signal, history)?;
     for (value, &target) in signal.data_mut().iter_mut().zip(target.data()) {
         *value *= target;
     }

@@ -14,6 +14,7 @@ mod state;
 
 pub(super) use state::State;
 
+use super::device::Device;
 use super::frame::{Filtered, Frame, View};
 use super::{Clock, Error, Result, World};
 use crate::composite::{Irradiance, delta_from_ratio};
@@ -85,6 +86,7 @@ pub(super) fn trace(
     frame: &Frame<'_>,
     View { photo, lighting }: View,
     past: &mut Option<State>,
+    device: &mut Device,
     clock: &mut Clock,
     warnings: &mut Vec<String>,
     progress: &dyn Progress,
@@ -128,8 +130,9 @@ pub(super) fn trace(
         None => (Signals::<()>::default().map(|()| None), Update::default(), Image::filled(w, h, 0)),
     };
     let levels = if frame.options.settings.sparse && stages.motion.is_some() {
-        let levels = sparse::levels(&sparse::Params::default(), &stages.buffer.position, &stages.buffer.normal, &active);
-        clock.stage("sparse mask", stages.pixels, 0);
+        let (position, normal) = (&stages.buffer.position, &stages.buffer.normal);
+        let levels = device.sparse_levels(&sparse::Params::default(), position, normal, &active)?;
+        clock.stage_on(device.last(), "sparse mask", stages.pixels, 0);
         levels
     } else {
         Image::filled(w, h, 0)
@@ -138,22 +141,23 @@ pub(super) fn trace(
         let params = iprt::Params { samples: samples.div_ceil(FIRST_LOOK), ..stages.params };
         // Other random numbers, or the second look would repeat the first one's errors.
         let look = iprt::Frame { stream: Stream { seed: frame.options.seed ^ 0x5bd1_e995, ..traced.stream }, ..traced };
-        let first = stages.real(&look, &params, &update, &levels, None, clock, &mut Vec::new(), progress)?;
+        let first = stages.real(&look, &params, &update, &levels, None, device, clock, &mut Vec::new(), progress)?;
         update = first.update;
     }
-    let real = stages.real(&traced, &stages.params, &update, &levels, Some(&mut histories), clock, warnings, progress)?;
+    let real = stages.real(&traced, &stages.params, &update, &levels, Some(&mut histories), device, clock, warnings, progress)?;
     sparse::update_activity(&sparse::Params::default(), &levels, &real.touched, &mut active);
 
     let updated = UpdatedWorld::new(stages.world, traced.capture, &real.update);
     let mut seen = iprt::trace_virtual(&traced, &updated, &stages.params, progress).ok_or(Error::Cancelled)?;
     clock.stage("virtual pixels", stages.pixels, seen.rays);
     if frame.options.denoise {
-        stages.filters(samples).seen(&mut seen, warnings)?;
-        clock.stage("filter virtual", stages.pixels, 0);
+        stages.filters(samples, device, "filter virtual").seen(&mut seen, warnings)?;
+        clock.stage_on(device.last(), "filter virtual", stages.pixels, 0);
     }
     let coverage = stages.coverage.clone().unwrap_or_else(|| seen.coverage.clone());
-    stages.remember((&seen.coverage, &coverage), &mut seen.radiance, &mut histories.object)?;
-    clock.stage("history virtual", stages.pixels, 0);
+    let place = (&mut *device, "history virtual");
+    stages.remember(place, (&seen.coverage, &coverage), &mut seen.radiance, &mut histories.object)?;
+    clock.stage_on(device.last(), "history virtual", stages.pixels, 0);
 
     let mut delta = delta_from_ratio(&photo, &real.irradiance.share, &real.ratio);
     delta.data_mut().iter_mut().zip(real.mirror.data()).for_each(|(delta, mirror)| *delta += mirror);
@@ -173,8 +177,8 @@ pub(super) fn trace(
 }
 
 impl Stages<'_> {
-    fn filters(&self, samples: u32) -> Filters<'_> {
-        Filters { buffer: &self.buffer, samples, wrap: self.frame.camera.projection == Projection::Panorama }
+    fn filters<'a>(&'a self, samples: u32, device: &'a mut Device, stage: &'static str) -> Filters<'a> {
+        Filters { buffer: &self.buffer, samples, wrap: self.frame.camera.projection == Projection::Panorama, device, stage }
     }
 
     /// The first pass with all that belongs to it, in a world as `known` so far; `histories` are left out for a first look.
@@ -186,6 +190,7 @@ impl Stages<'_> {
         known: &Update,
         levels: &Image<u8>,
         histories: Option<&mut filter::Histories>,
+        device: &mut Device,
         clock: &mut Clock,
         warnings: &mut Vec<String>,
         progress: &dyn Progress,
@@ -195,12 +200,12 @@ impl Stages<'_> {
         let mut real = iprt::trace_real(traced, &updated, params, None, wanted, progress).ok_or(Error::Cancelled)?;
         clock.stage("real pixels", self.pixels, real.rays);
         if levels.data().iter().any(|&l| l > 0) {
-            self.fill(levels, &mut real);
-            clock.stage("interpolation", self.pixels, 0);
+            self.fill(levels, &mut real, device)?;
+            clock.stage_on(device.last(), "interpolation", self.pixels, 0);
         }
         if self.frame.options.denoise {
-            self.filters(params.samples).real(&mut real, warnings)?;
-            clock.stage("filter real", self.pixels, 0);
+            self.filters(params.samples, device, "filter real").real(&mut real, warnings)?;
+            clock.stage_on(device.last(), "filter real", self.pixels, 0);
         }
         let share = match &self.coverage {
             Some(coverage) => Image::from_fn(coverage.width(), coverage.height(), |x, y| {
@@ -214,11 +219,11 @@ impl Stages<'_> {
         let mut mirror = irradiance.mirror_delta(self.lit, &gloss, &real.mirrored, &real.mirrored_mixed)?;
         if let Some(histories) = histories {
             let shares = (&real.share, &share);
-            self.remember(shares, &mut irradiance.real, &mut histories.irradiance)?;
-            self.remember(shares, &mut irradiance.change, &mut histories.change)?;
-            self.remember(shares, &mut mirror, &mut histories.mirror)?;
+            self.remember((&mut *device, "history real"), shares, &mut irradiance.real, &mut histories.irradiance)?;
+            self.remember((&mut *device, "history real"), shares, &mut irradiance.change, &mut histories.change)?;
+            self.remember((&mut *device, "history real"), shares, &mut mirror, &mut histories.mirror)?;
             irradiance.share = share;
-            clock.stage("history real", self.pixels, 0);
+            clock.stage_on(device.last(), "history real", self.pixels, 0);
         }
         let ratio = irradiance.ratio(self.lit, cap)?;
         let size = self.frame.inputs.photo.size();
@@ -228,16 +233,17 @@ impl Stages<'_> {
     }
 
     /// Fills the pixels that were not traced.
-    fn fill(&self, levels: &Image<u8>, real: &mut RealEstimate) {
+    fn fill(&self, levels: &Image<u8>, real: &mut RealEstimate, device: &mut Device) -> Result<()> {
         let shows_real = |x: usize, y: usize| self.buffer.shows_real(x, y);
         let signals =
             &mut [&mut real.irradiance, &mut real.change, &mut real.mirror, &mut real.mirrored, &mut real.mirrored_mixed];
-        sparse::interpolate(levels, shows_real, &mut real.share, signals);
+        device.interpolate(levels, shows_real, &mut real.share, signals)
     }
 
     /// Blends a signal with its history, where there is a frame before.
     fn remember(
         &self,
+        place: (&mut Device, &'static str),
         shares: (&Image<f32>, &Image<f32>),
         signal: &mut Image<Vec3>,
         history: &mut Option<temporal::History>,
@@ -259,7 +265,7 @@ impl Stages<'_> {
             previous,
             previous_depth,
         };
-        remember(&temporal::Params { wrap, ..temporal::Params::default() }, &guides, shares, signal, history)
+        remember(place, &temporal::Params { wrap, ..temporal::Params::default() }, &guides, shares, signal, history)
     }
 }
 

@@ -332,7 +332,6 @@ fn what_cannot_be_done_is_said() {
     fails(&place.scene("color = 'square.exr'", ""), &options, &["square.exr", "16×16", "2:1"]);
     fails(&place.scene("color = 'gone.exr'", ""), &options, &["gone.exr"]);
     let scene = place.scene("color = 'room.exr'", OBJECT);
-    fails(&scene, &RenderOptions { backend: Backend::Gpu, ..options.clone() }, &["GPU", "--backend cpu"]);
     for method in ["iprt", "rt2ar"] {
         let mut scene = scene.clone();
         scene.render.method = method.parse().unwrap_or_else(|_| panic!("{method} is a method"));

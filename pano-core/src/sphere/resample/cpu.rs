@@ -58,18 +58,13 @@ pub(super) fn shrink(panorama: &RadianceImage, f: impl Fn(Vec3) -> Vec3 + Sync, 
         let mut sums = vec![DVec3::ZERO; panorama.width()];
         let mut block = vec![Vec3::ZERO; panorama.width()];
         let mut mapped = block.clone();
-        let slices: Vec<(usize, f64)> = overlaps(y, height, panorama.height())
-            // cos top − cos bottom as a product: no cancellation in thin slices.
-            .map(|(j, [top, bottom])| (j, (0.5 * PI * (top + bottom)).sin() * (0.5 * PI * (bottom - top)).sin()))
-            .collect();
-        let total: f64 = slices.iter().map(|(_, slice)| slice).sum();
-        for rows in slices.chunks(BLOCK_ROWS) {
+        for rows in row_shares(y, height, panorama.height()).chunks(BLOCK_ROWS) {
             block.fill(Vec3::ZERO);
-            for &(j, slice) in rows {
+            for &(j, share) in rows {
                 mapped.iter_mut().zip(panorama.row(j)).for_each(|(out, &pixel)| *out = f(pixel));
                 // Channel by channel, for the compiler to see that all are treated alike.
                 let (block, mapped): (&mut [f32], &[f32]) = (bytemuck::cast_slice_mut(&mut block), bytemuck::cast_slice(&mapped));
-                let share = (slice / total) as f32;
+                let share = share as f32;
                 block.iter_mut().zip(mapped).for_each(|(sum, m)| *sum += share * m);
             }
             sums.iter_mut().zip(&block).for_each(|(sum, b)| *sum += b.as_dvec3());
@@ -82,6 +77,17 @@ pub(super) fn shrink(panorama: &RadianceImage, f: impl Fn(Vec3) -> Vec3 + Sync, 
 
 /// Rows that [`shrink`] adds in f32.
 const BLOCK_ROWS: usize = 16;
+
+/// The rows that row `target` of `targets` overlaps, one after the other, each with its share of the solid angle.
+pub(super) fn row_shares(target: usize, targets: usize, sources: usize) -> Vec<(usize, f64)> {
+    let mut slices: Vec<(usize, f64)> = overlaps(target, targets, sources)
+        // cos top − cos bottom as a product: no cancellation in thin slices.
+        .map(|(j, [top, bottom])| (j, (0.5 * PI * (top + bottom)).sin() * (0.5 * PI * (bottom - top)).sin()))
+        .collect();
+    let total: f64 = slices.iter().map(|(_, slice)| slice).sum();
+    slices.iter_mut().for_each(|(_, slice)| *slice /= total);
+    slices
+}
 
 /// The cells of `sources` equal parts of [0, 1] that part `target` of `targets` overlaps, each with the overlap's ends. Ends
 /// are compared as integers in units of 1/(targets·sources), so that the overlaps cover each cell exactly once.

@@ -5,6 +5,8 @@
 //! are copied bit for bit.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 use crate::camera::{Camera, Projection};
 use crate::image::{Image, RadianceImage};
@@ -26,16 +28,18 @@ pub fn view_from_panorama(
     view: &mut RadianceImage,
 ) -> Result<()> {
     check_size("view", view, camera)?;
-    let pano_from_camera = world_from_pano.inverse() * camera.world_from_camera;
-    if camera.projection == Projection::Panorama
-        && view.size() == panorama.size()
-        && let Some(columns) = whole_columns(pano_from_camera, view.width())
-    {
-        cpu::roll(panorama, columns, view);
-    } else {
-        cpu::view_from_panorama(panorama, world_from_pano, camera, view);
+    match columns_to_roll(panorama, world_from_pano, camera) {
+        Some(columns) => cpu::roll(panorama, columns, view),
+        None => cpu::view_from_panorama(panorama, world_from_pano, camera, view),
     }
     Ok(())
+}
+
+/// By how many columns a view is the panorama rolled, if it is nothing else.
+fn columns_to_roll(panorama: &RadianceImage, world_from_pano: Quat, camera: &Camera) -> Option<usize> {
+    let same = camera.projection == Projection::Panorama && (camera.width, camera.height) == panorama.size();
+    let pano_from_camera = world_from_pano.inverse() * camera.world_from_camera;
+    if same { whole_columns(pano_from_camera, camera.width) } else { None }
 }
 
 /// Resamples a panorama to the size of `resized`.

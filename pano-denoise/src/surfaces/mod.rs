@@ -1,5 +1,8 @@
 //! What is seen at each pixel, as edge-stopping filters compare it: places of taps, tangent planes, normals.
 
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
+
 use glam::Vec3;
 use pano_core::image::Image;
 use rayon::prelude::*;

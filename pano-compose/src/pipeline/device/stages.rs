@@ -1,0 +1,206 @@
+//! The stages that run on either backend.
+#![cfg_attr(
+    not(feature = "gpu"),
+    allow(unused_variables, unused_mut, reason = "only the GPU's part asks which stage it is, and may have to run twice")
+)]
+
+use super::Device;
+use crate::composite::{self, Clamped, Composite};
+use crate::pipeline::Result;
+use glam::{Quat, Vec3};
+use pano_core::camera::Camera;
+use pano_core::image::{Image, RadianceImage};
+use pano_core::layers::TracedLayers;
+use pano_core::light::RadianceMaps;
+use pano_core::sphere::resample;
+use pano_denoise::{atrous, cross_bilateral, firefly, temporal};
+use pano_light::{WorkingMap, detect, ibl};
+use pano_trace::sparse;
+
+impl Device {
+    /// [`resample::view_from_panorama`], stage `view`.
+    pub(in crate::pipeline) fn view(
+        &mut self,
+        panorama: &RadianceImage,
+        world_from_pano: Quat,
+        camera: &Camera,
+        view: &mut RadianceImage,
+    ) -> Result<()> {
+        #[cfg(feature = "gpu")]
+        if self
+            .attempt("view", |installed| {
+                resample::gpu::view_from_panorama(&installed.gpu, panorama, world_from_pano, camera, view)
+            })?
+            .is_some()
+        {
+            return Ok(());
+        }
+        Ok(resample::view_from_panorama(panorama, world_from_pano, camera, view)?)
+    }
+
+    /// [`WorkingMap::from_ldr`] or [`WorkingMap::from_hdr`], a part of stage `lights`.
+    pub(in crate::pipeline) fn working_map(&mut self, panorama: &RadianceImage, from_ldr: bool) -> Result<WorkingMap> {
+        #[cfg(feature = "gpu")]
+        if let Some(map) = self.attempt("lights", |installed| WorkingMap::on_gpu(&installed.gpu, panorama, from_ldr))? {
+            return Ok(map);
+        }
+        Ok(if from_ldr { WorkingMap::from_ldr(panorama) } else { WorkingMap::from_hdr(panorama) })
+    }
+
+    /// [`detect::detect`], a part of stage `lights`.
+    pub(in crate::pipeline) fn detect(&mut self, map: &WorkingMap, params: &detect::Params) -> Result<detect::Detection> {
+        #[cfg(feature = "gpu")]
+        if let Some(found) = self.attempt("lights", |installed| detect::gpu::detect(&installed.gpu, map, params))? {
+            return Ok(found);
+        }
+        Ok(detect::detect(map, params))
+    }
+
+    /// [`ibl::radiance_maps`], a part of stage `lights`.
+    pub(in crate::pipeline) fn radiance_maps(&mut self, panorama: &RadianceImage) -> Result<RadianceMaps> {
+        #[cfg(feature = "gpu")]
+        if let Some(maps) = self.attempt("lights", |installed| ibl::gpu::radiance_maps(&installed.gpu, panorama))? {
+            return Ok(maps);
+        }
+        Ok(ibl::radiance_maps(panorama))
+    }
+
+    /// [`cross_bilateral::filter`], stage `denoise`. Nothing may change the layers between this stage and
+    /// [`Self::composite`].
+    pub(in crate::pipeline) fn denoise(
+        &mut self,
+        params: &cross_bilateral::Params,
+        layers: &mut TracedLayers,
+    ) -> Result<cross_bilateral::Report> {
+        #[cfg(feature = "gpu")]
+        if let Some(report) = self.attempt("denoise", |installed| {
+            let (report, held) = cross_bilateral::gpu::filter_layers(&installed.gpu, params, layers)?;
+            installed.layers = held;
+            Ok(report)
+        })? {
+            return Ok(report);
+        }
+        Ok(cross_bilateral::filter(params, layers)?)
+    }
+
+    /// [`composite::composite`], stage `composite`.
+    pub(in crate::pipeline) fn composite(
+        &mut self,
+        photo: &RadianceImage,
+        layers: &TracedLayers,
+        out: &mut Composite,
+    ) -> Result<Clamped> {
+        #[cfg(feature = "gpu")]
+        if let Some(clamped) = self.attempt("composite", |installed| {
+            let held = installed.layers.take();
+            composite::gpu::composite_pictures(&installed.gpu, photo, layers, held.as_ref(), out)
+        })? {
+            return Ok(clamped);
+        }
+        Ok(composite::composite(photo, layers, out)?)
+    }
+
+    /// [`sparse::levels`], stage `sparse mask`.
+    pub(in crate::pipeline) fn sparse_levels(
+        &mut self,
+        params: &sparse::Params,
+        position: &Image<Vec3>,
+        normal: &Image<Vec3>,
+        active: &Image<u32>,
+    ) -> Result<Image<u8>> {
+        #[cfg(feature = "gpu")]
+        if let Some(levels) =
+            self.attempt("sparse mask", |installed| sparse::gpu::levels(&installed.gpu, params, position, normal, active))?
+        {
+            return Ok(levels);
+        }
+        Ok(sparse::levels(params, position, normal, active))
+    }
+
+    /// [`sparse::interpolate`], stage `interpolation`.
+    pub(in crate::pipeline) fn interpolate(
+        &mut self,
+        levels: &Image<u8>,
+        wanted: impl Fn(usize, usize) -> bool,
+        share: &mut Image<f32>,
+        signals: &mut [&mut Image<Vec3>],
+    ) -> Result<()> {
+        #[cfg(feature = "gpu")]
+        if self
+            .attempt("interpolation", |installed| {
+                let mask = Image::from_fn(levels.width(), levels.height(), |x, y| u32::from(wanted(x, y)));
+                sparse::gpu::interpolate(&installed.gpu, levels, &mask, share, signals)
+            })?
+            .is_some()
+        {
+            return Ok(());
+        }
+        sparse::interpolate(levels, wanted, share, signals);
+        Ok(())
+    }
+
+    /// [`firefly::clamp`], a part of `stage`.
+    pub(in crate::pipeline) fn clamp_fireflies(
+        &mut self,
+        stage: &'static str,
+        params: &firefly::Params,
+        share: &Image<f32>,
+        signal: &mut Image<Vec3>,
+    ) -> Result<firefly::Clamped> {
+        #[cfg(feature = "gpu")]
+        if let Some(clamped) =
+            self.attempt(stage, |installed| firefly::gpu::clamp_picture(&installed.gpu, params, share, signal))?
+        {
+            return Ok(clamped);
+        }
+        Ok(firefly::clamp(params, share, signal)?)
+    }
+
+    /// [`atrous::filter`], a part of `stage`; without a variance it comes from the neighbours ([`atrous::spatial_variance`]).
+    pub(in crate::pipeline) fn spread(
+        &mut self,
+        stage: &'static str,
+        params: &atrous::Params,
+        guides: &atrous::Guides<'_>,
+        share: &Image<f32>,
+        mut variance: Option<&mut Image<f32>>,
+        signal: &mut Image<Vec3>,
+    ) -> Result<()> {
+        #[cfg(feature = "gpu")]
+        if self
+            .attempt(stage, |installed| {
+                atrous::gpu::filter_pictures(&installed.gpu, params, guides, share, variance.as_deref_mut(), signal)
+            })?
+            .is_some()
+        {
+            return Ok(());
+        }
+        match variance {
+            Some(variance) => atrous::filter(params, guides, share, variance, signal)?,
+            None => {
+                let mut variance = atrous::spatial_variance(params, guides, share, signal)?;
+                atrous::filter(params, guides, share, &mut variance, signal)?
+            }
+        };
+        Ok(())
+    }
+
+    /// [`temporal::accumulate`], a part of `stage`.
+    pub(in crate::pipeline) fn accumulate(
+        &mut self,
+        stage: &'static str,
+        params: &temporal::Params,
+        guides: &temporal::Guides<'_>,
+        signal: &mut Image<Vec3>,
+        history: &mut Option<temporal::History>,
+    ) -> Result<()> {
+        #[cfg(feature = "gpu")]
+        if self
+            .attempt(stage, |installed| temporal::gpu::accumulate_picture(&installed.gpu, params, guides, signal, history))?
+            .is_some()
+        {
+            return Ok(());
+        }
+        Ok(temporal::accumulate(params, guides, signal, history)?)
+    }
+}

@@ -1,0 +1,96 @@
+//! Temporal accumulation.
+
+use crate::{Test, support::*};
+use glam::{Vec2, Vec3};
+use pano_core::gpu::Gpu;
+use pano_core::image::Image;
+use pano_core::layers::TracedLayers;
+use pano_denoise::temporal::{self, Guides, History, Params, gpu::accumulate_picture};
+use pano_tests::random::Random;
+use proptest::prelude::*;
+
+pub(crate) const TESTS: &[Test] = &[
+    ("temporal::equals_the_cpu_over_frames", equals_the_cpu_over_frames),
+    ("temporal::huge_values_stay_finite", huge_values_stay_finite),
+    ("temporal::another_size_begins_anew", another_size_begins_anew),
+];
+
+/// Blends of values up to 30: the deviation of the neighbourhood, a difference of squares, is good to 1e-3 of the values' range.
+const ABSOLUTE: f32 = 3e-3;
+const RELATIVE: f32 = 1e-4;
+
+/// A frame with its motion: two pixels to the right and half a one down, with places that were not in sight.
+struct Shown {
+    layers: TracedLayers,
+    thing: Image<u32>,
+    previous: Image<Vec2>,
+    previous_depth: Image<f32>,
+}
+
+impl Shown {
+    fn new(size: (usize, usize), seed: u32) -> Self {
+        let mut random = Random::new(seed ^ 0x71);
+        let layers = layers(size, seed);
+        let (w, h) = size;
+        let odd = [Vec2::NAN, Vec2::splat(f32::INFINITY), Vec2::new(-1e7, 3.0), Vec2::new(-0.4, -0.4)];
+        let previous = Image::from_fn(w, h, |x, y| match random.below(8) {
+            0 => odd[random.below(4) as usize],
+            _ => Vec2::new(x as f32 - 1.5, y as f32),
+        });
+        let previous_depth = layers.depth.map(|d| d * 1.01);
+        let thing = layers.coverage.map(|c| u32::from(c > 0.5));
+        Self { layers, thing, previous, previous_depth }
+    }
+
+    fn guides(&self) -> Guides<'_> {
+        Guides {
+            depth: &self.layers.depth,
+            normal: &self.layers.normal,
+            thing: &self.thing,
+            previous: &self.previous,
+            previous_depth: &self.previous_depth,
+        }
+    }
+}
+
+fn equals_the_cpu_over_frames(gpu: &Gpu) {
+    let clamps = prop_oneof![Just(1.5f32), Just(0.0), Just(f32::INFINITY)];
+    property(40, (sizes(), any::<u32>(), any::<bool>(), clamps), |(size, seed, wrap, clamp)| {
+        let params = Params { wrap, clamp, ..Params::default() };
+        let (mut on_gpu, mut on_cpu): (Option<History>, Option<History>) = (None, None);
+        for frame in 0..4 {
+            let shown = Shown::new(size, seed);
+            // The same things in other noise, some of it no number.
+            let signal = if frame % 2 == 0 { layers(size, seed ^ frame).object } else { wild(size, 3.0, seed ^ frame) };
+            let (mut got, mut want) = (signal.clone(), signal);
+            accumulate_picture(gpu, &params, &shown.guides(), &mut got, &mut on_gpu).unwrap();
+            temporal::accumulate(&params, &shown.guides(), &mut want, &mut on_cpu).unwrap();
+            assert_close("signal", &got, &want, ABSOLUTE, RELATIVE)?;
+            let (a, b) = (on_gpu.as_ref().unwrap(), on_cpu.as_ref().unwrap());
+            prop_assert!(a.length() == b.length(), "frame {frame}: the numbers of frames differ");
+            prop_assert!(same_bits(a.signal(), &got));
+        }
+        Ok(())
+    });
+}
+
+fn huge_values_stay_finite(gpu: &Gpu) {
+    let shown = Shown::new((21, 17), 3);
+    let mut history = None;
+    for sign in [1.0, -1.0, 1.0] {
+        let mut signal = shown.layers.object.map(|v| v * sign * 1e37);
+        accumulate_picture(gpu, &Params::default(), &shown.guides(), &mut signal, &mut history).unwrap();
+        assert!(signal.data().iter().all(|v: &Vec3| v.is_finite()));
+    }
+}
+
+fn another_size_begins_anew(gpu: &Gpu) {
+    let mut history = None;
+    for size in [(9, 5), (5, 9)] {
+        let shown = Shown::new(size, 1);
+        let mut signal = shown.layers.object.clone();
+        accumulate_picture(gpu, &Params::default(), &shown.guides(), &mut signal, &mut history).unwrap();
+        assert!(same_bits(&signal, &shown.layers.object));
+        assert!(history.as_ref().unwrap().length().data().iter().all(|n| *n == 1));
+    }
+}
