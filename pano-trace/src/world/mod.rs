@@ -87,6 +87,12 @@ pub trait RealWorld: Sync {
     /// Diffuse reflectance at a hit.
     fn reflectance(&self, hit: &RealHit) -> Vec3;
 
+    /// The radiance that the picture shows of a hit, where it is the picture that tells what the surface is made of; `None`
+    /// for geometry of known reflectance, which is to be shaded.
+    fn pictured(&self, hit: &RealHit) -> Option<Vec3> {
+        hit.radiance
+    }
+
     /// Luminance at a hit beyond what the largest diffuse reflectance could send out: a lamp's own light, or a mirror image.
     fn beyond_diffuse(&self, hit: &RealHit) -> f32 {
         let _ = hit;
