@@ -2,7 +2,7 @@
 
 use super::lights::Lights;
 use super::view::view_of_photo;
-use super::{Clock, Inputs, RenderOptions, Rendered, Result, World, iprt, path_traced, resolve_method};
+use super::{Clock, Inputs, RenderOptions, Rendered, Result, World, iprt, path_traced, resolve_method, rt2ar};
 use crate::composite::{Composite, Irradiance, composite};
 use crate::plan::EffectPlan;
 use pano_core::{
@@ -27,7 +27,7 @@ pub(crate) struct Frame<'a> {
 /// What a sequence carries from frame to frame.
 #[derive(Debug)]
 pub(super) struct Carried {
-    /// The lights that mr360 follows.
+    /// The lights that mr360 and rt2ar follow.
     lights: Lights,
     /// The past of iprt.
     past: Option<iprt::State>,
@@ -85,7 +85,7 @@ impl<'a> Frame<'a> {
         let mut facts = inputs.facts(scene, method);
         facts.no_back_faces = !settings.captured.field.back_faces;
         facts.no_sparse = !settings.sparse;
-        let found = (method == Method::Mr360).then(|| carried.lights.frame(scene, inputs, settings));
+        let found = matches!(method, Method::Mr360 | Method::Rt2ar).then(|| carried.lights.frame(scene, inputs, settings));
         if let Some(found) = &found {
             facts.lights = Some(found.lights.len());
             clock.stage("lights", inputs.photo.data().len() as u64, 0);
@@ -95,10 +95,11 @@ impl<'a> Frame<'a> {
             plan.force(effect, on);
         }
         let view = View { photo, lighting };
-        let filtered = if method == Method::Iprt {
-            iprt::trace(self, view, &mut carried.past, &mut clock, &mut warnings, progress)?
-        } else {
-            path_traced::trace(self, method, view, found.as_ref().map(|f| (f, &plan)), &mut clock, &mut warnings, progress)?
+        let found = found.as_ref().map(|lighting| (lighting, &plan));
+        let filtered = match (method, found) {
+            (Method::Iprt, _) => iprt::trace(self, view, &mut carried.past, &mut clock, &mut warnings, progress)?,
+            (Method::Rt2ar, Some(found)) => rt2ar::trace(self, view, found, &mut clock, &mut warnings, progress)?,
+            _ => path_traced::trace(self, method, view, found, &mut clock, &mut warnings, progress)?,
         };
         self.finish(filtered, method, plan, warnings, clock)
     }

@@ -13,6 +13,7 @@ mod lights;
 mod load;
 mod output;
 mod path_traced;
+mod rt2ar;
 mod sequence;
 mod settings;
 mod stats;

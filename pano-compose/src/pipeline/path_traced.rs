@@ -87,7 +87,7 @@ pub(super) fn trace(
 }
 
 /// The scene's, unless several are forced off or on.
-fn bounces(frame: &Frame<'_>) -> u32 {
+pub(super) fn bounces(frame: &Frame<'_>) -> u32 {
     let forced = frame.options.forced.iter().find(|(effect, _)| *effect == "multi_bounce");
     match (forced, frame.scene.render.bounces) {
         (Some((_, false)), _) => 1,

@@ -61,15 +61,11 @@ pub fn resolve_method(scene: &Scene, inputs: &Inputs, warnings: &mut Vec<String>
             let is_video = scene.panorama.color.is_sequence() && inputs.depth.is_some();
             Ok(if is_video { Method::Iprt } else { Method::Dpt })
         }
-        method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl | Method::Mr360) => Ok(method),
+        method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl | Method::Mr360 | Method::Rt2ar) => Ok(method),
         Method::Iprt if inputs.depth.is_some() => Ok(Method::Iprt),
         Method::Iprt => Err(Error::unsupported(
             "method `iprt` traces rays against the panorama's depth, and there is none",
             "give the panorama a `depth`, or use dpt",
-        )),
-        method => Err(Error::unsupported(
-            format!("method `{}` is not in this version", method.name()),
-            "use dpt, iprt, mr360, onepass, twopass, ibl or auto",
         )),
     }
 }
@@ -104,8 +100,8 @@ pub fn build_world(
             warnings.push("the panorama has depth: proxies are not used".into());
         }
         let mut options = settings.captured;
-        if matches!(resolve_method(scene, inputs, &mut Vec::new())?, Method::Ibl | Method::Iprt) {
-            // Nothing real changes, or irradiance is what the method estimates itself: no reflectance is asked for.
+        if matches!(resolve_method(scene, inputs, &mut Vec::new())?, Method::Ibl | Method::Iprt | Method::Rt2ar) {
+            // Nothing real changes, or the method has irradiance of its own: no reflectance is asked for.
             options.irradiance_width = 0;
         }
         let world =

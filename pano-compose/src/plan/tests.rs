@@ -32,7 +32,7 @@ fn all_facts() -> impl Iterator<Item = SceneFacts> {
             no_sparse: bit(3),
             is_sequence: bit(6),
             moving: bit(7),
-            lights: (method == "mr360").then_some(usize::from(bit(3))),
+            lights: ["mr360", "rt2ar"].contains(&method).then_some(usize::from(bit(3))),
             method: method.to_owned(),
         })
     })

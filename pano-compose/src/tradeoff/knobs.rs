@@ -14,6 +14,8 @@ pub enum Scope {
     Captured,
     /// Delta path tracing.
     Delta,
+    /// Recursive rays.
+    Rt2ar,
 }
 
 /// One knob.
@@ -128,6 +130,51 @@ pub const KNOBS: &[Knob] = &[
         error: "blotches in the depth of shadows",
         values: &["1", "2", "8", "32"],
         scope: Scope::Captured,
+    },
+    Knob {
+        name: "shadow",
+        unit: "kind",
+        range: "hard, soft, adaptive",
+        default: "adaptive",
+        error: "shadows without penumbrae with `hard`; thin penumbrae that probes miss with `adaptive`",
+        values: &["hard", "adaptive", "soft"],
+        scope: Scope::Rt2ar,
+    },
+    Knob {
+        name: "shadow_samples",
+        unit: "samples of each light",
+        range: "1 to 256",
+        default: "20",
+        error: "steps and noise in penumbrae",
+        values: &["5", "10", "20", "50", "128"],
+        scope: Scope::Rt2ar,
+    },
+    Knob {
+        name: "probes",
+        unit: "samples of each light that tell whether there is a penumbra",
+        range: "5 to 64",
+        default: "5",
+        error: "penumbrae of things thinner than the light are missed",
+        values: &["5", "9", "13", "20"],
+        scope: Scope::Rt2ar,
+    },
+    Knob {
+        name: "probe_neighbours",
+        unit: "switch",
+        range: "true, false",
+        default: "true",
+        error: "as with few probes",
+        values: &["false", "true"],
+        scope: Scope::Rt2ar,
+    },
+    Knob {
+        name: "penumbra_radius",
+        unit: "pixels to each side",
+        range: "0 to 16",
+        default: "1",
+        error: "noise in penumbrae with few, blurred narrow ones with many",
+        values: &["0", "1", "2"],
+        scope: Scope::Rt2ar,
     },
 ];
 

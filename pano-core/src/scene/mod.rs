@@ -181,7 +181,8 @@ pub struct Render {
     pub method: Method,
     /// Samples a pixel, [1, 65536]. The error falls with the square root, the cost grows in proportion. Default 64.
     pub samples: u32,
-    /// Scattering events after the camera, [1, 64]; 1 is direct light only. Default 3.
+    /// Scattering events after the camera, [1, 64]; 1 is direct light only. Of `rt2ar`: reflections and refractions that
+    /// follow one another. Default: [`Method::default_bounces`].
     pub bounces: u32,
 }
 
@@ -194,7 +195,7 @@ impl Render {
 
 impl Default for Render {
     fn default() -> Self {
-        Self { method: Method::Auto, samples: 64, bounces: 3 }
+        Self { method: Method::Auto, samples: 64, bounces: Method::Auto.default_bounces() }
     }
 }
 

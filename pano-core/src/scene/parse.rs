@@ -234,10 +234,11 @@ fn view(table: &Table<'_>) -> Result<View> {
 fn render(table: &Table<'_>) -> Result<Render> {
     let default = Render::default();
     let methods = Method::ALL.map(|m| (m.name(), m));
+    let method = table.get("method").map_or(Ok(default.method), |v| v.choice(&methods))?;
     Ok(Render {
-        method: table.get("method").map_or(Ok(default.method), |v| v.choice(&methods))?,
+        method,
         samples: table.get("samples").map_or(Ok(default.samples), |v| v.integer(1..=Render::MAX_SAMPLES))?,
-        bounces: table.get("bounces").map_or(Ok(default.bounces), |v| v.integer(1..=Render::MAX_BOUNCES))?,
+        bounces: table.get("bounces").map_or(Ok(method.default_bounces()), |v| v.integer(1..=Render::MAX_BOUNCES))?,
     })
 }
 
