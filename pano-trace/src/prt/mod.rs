@@ -12,10 +12,14 @@ mod back_face;
 mod field;
 mod linear;
 mod march;
+mod perspective;
 
 pub use field::{DepthField, FieldOptions};
 pub use linear::march_linear;
 pub use march::{Answer, FieldHit};
+pub use perspective::{PerspectiveField, PerspectiveHit};
 
+#[cfg(test)]
+mod perspective_tests;
 #[cfg(test)]
 mod tests;
