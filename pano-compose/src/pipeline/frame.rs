@@ -62,7 +62,7 @@ impl<'a> Frame<'a> {
         world: &'a World,
         options: &'a RenderOptions,
     ) -> Self {
-        Self { scene, inputs, objects, world, options, camera: scene.camera(inputs.photo.size()) }
+        Self { scene, inputs, objects, world, options, camera: inputs.view(scene) }
     }
 
     /// Pixels of the view.
@@ -123,7 +123,7 @@ impl<'a> Frame<'a> {
         }
         clock.stage("composite", self.pixels(), 0);
         let stats = clock.finish(method.name(), plan, warnings);
-        let (camera, encoding) = (self.camera, self.inputs.encoding);
+        let (camera, encoding) = (self.camera, self.inputs.view_encoding(self.scene));
         Ok(Rendered { camera, photo, encoding, layers, irradiance, shadows, composite: out, stats })
     }
 }

@@ -24,7 +24,7 @@ pub use error::{Error, Result};
 pub use estimate::{Plan, PlannedStage, plan};
 pub use folder::Folder;
 pub use lights::Detector;
-pub use load::{Inputs, Loader, prepare_objects};
+pub use load::{CameraInputs, Inputs, Loader, prepare_objects};
 pub use output::write_output;
 pub use sequence::Sequence;
 pub use settings::{SETTINGS, Setting, Settings};

@@ -46,6 +46,7 @@ pub(super) fn trace(
         let lit = match frame.world {
             World::Proxies(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
             World::Captured(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
+            World::Layered(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
         };
         let lit = lit.ok_or(Error::Cancelled)?;
         shadows = lit.shadows;
@@ -54,6 +55,7 @@ pub(super) fn trace(
         let traced = match frame.world {
             World::Proxies(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
             World::Captured(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
+            World::Layered(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
         };
         traced.ok_or(Error::Cancelled)?
     };

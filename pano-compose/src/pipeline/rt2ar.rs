@@ -46,6 +46,7 @@ pub(super) fn trace(
     let rendered = match frame.world {
         World::Proxies(world) => rendered(frame, world.as_ref(), lighting, &params, progress),
         World::Captured(world) => rendered(frame, world.as_ref(), lighting, &params, progress),
+        World::Layered(world) => rendered(frame, world.as_ref(), lighting, &params, progress),
     };
     let Rendered { traced, shadows, penumbra, .. } = rendered.ok_or(Error::Cancelled)?;
     let mut layers = traced.layers;

@@ -73,7 +73,7 @@ impl<'a> Bench<'a> {
             return Err(Error::unsupported("the scene has no objects, so that nothing changes", "add an [[object]]"));
         }
         let load_ms = begin.elapsed().as_secs_f64() * 1e3;
-        let camera = scene.camera(inputs.photo.size());
+        let camera = inputs.view(scene);
         let methods = suitable(scene, &inputs);
         let resolved = resolve_method(scene, &inputs, &mut Vec::new())?;
         Ok(Self { scene, params, inputs, objects, camera, load_ms, world: None, judge: None, methods, resolved })

@@ -137,12 +137,12 @@ impl<W: RealWorld> Shader<'_, W> {
             }
         }
         let mut sums = Sums::default();
-        for i in 0..all {
+        for (i, asked) in first[..all].iter().enumerate() {
             if i == probes && (params.shadow == Shadow::Hard || sums.agree()) {
                 break;
             }
             let Some(ray) = ray_to(i) else { continue };
-            let mut passes = first[i].unwrap_or_else(|| past_objects(&ray, trail));
+            let mut passes = asked.unwrap_or_else(|| past_objects(&ray, trail));
             let mut open = true;
             if real != Real::Blocks || passes != Vec3::ZERO {
                 trail.shadow_rays += 1;

@@ -1,4 +1,5 @@
 mod iprt;
+mod rt2ar;
 
 use super::*;
 use glam::{Vec2, Vec3};
