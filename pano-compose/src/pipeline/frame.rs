@@ -4,9 +4,10 @@ use super::lights::Lights;
 use super::view::view_of_photo;
 use super::{Clock, Inputs, RenderOptions, Rendered, Result, World, iprt, path_traced, resolve_method, rt2ar};
 use crate::composite::{Composite, Irradiance, composite};
+use crate::lens;
 use crate::plan::EffectPlan;
 use pano_core::{
-    camera::Camera,
+    camera::{Camera, Projection},
     image::{Image, RadianceImage},
     layers::TracedLayers,
     progress::Progress,
@@ -85,6 +86,7 @@ impl<'a> Frame<'a> {
         let mut facts = inputs.facts(scene, method);
         facts.no_back_faces = !settings.captured.field.back_faces;
         facts.no_sparse = !settings.sparse;
+        facts.lens = settings.lens.is_on();
         let found = matches!(method, Method::Mr360 | Method::Rt2ar).then(|| carried.lights.frame(scene, inputs, settings));
         if let Some(found) = &found {
             facts.lights = Some(found.lights.len());
@@ -122,6 +124,19 @@ impl<'a> Frame<'a> {
             ));
         }
         clock.stage("composite", self.pixels(), 0);
+        let lens = lens::Params { wrap: self.camera.projection == Projection::Panorama, ..self.options.settings.lens };
+        if lens.is_on() {
+            let report = lens::apply(&lens, &photo, &mut out.color)?;
+            if report.spread > 0.0 {
+                let (spread, lost) = (report.spread / report.before, -report.change / report.before);
+                warnings.push(format!(
+                    "lens effects spread {:.2} % of the picture's light and carried {:.2} % out of the frame",
+                    spread * 100.0,
+                    lost * 100.0
+                ));
+            }
+            clock.stage("lens", self.pixels(), 0);
+        }
         let stats = clock.finish(method.name(), plan, warnings);
         let (camera, encoding) = (self.camera, self.inputs.view_encoding(self.scene));
         Ok(Rendered { camera, photo, encoding, layers, irradiance, shadows, composite: out, stats })

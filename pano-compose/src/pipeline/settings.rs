@@ -1,6 +1,7 @@
 //! `--set key=value`: the knobs that are neither in the scene file nor among the common options.
 
 use super::{Detector, Error, Result};
+use crate::lens;
 use pano_denoise::{cross_bilateral, mean};
 use pano_trace::rt2ar::{self, Shadow};
 use pano_trace::tracer::Mis;
@@ -41,6 +42,19 @@ pub const SETTINGS: &[Setting] = &[
         help: "true | false: rt2ar looks closer beside penumbrae and edges, too, which finds what the probes miss (true)",
     },
     Setting { key: "penumbra_radius", help: "0–16: pixels to each side over which rt2ar's penumbrae are averaged (1)" },
+    Setting { key: "bloom", help: "0–1: share of the objects' bright light that a lens spreads around it (0: off)" },
+    Setting { key: "glare", help: "0–1: share of still brighter light that goes into rays (0: off)" },
+    Setting { key: "lens_threshold", help: "≥ 0: luminance from which light is bright (1)" },
+    Setting {
+        key: "bloom_radius",
+        help: "0.001–0.25: standard deviation of the bloom, as a share of the picture's height (0.02)",
+    },
+    Setting { key: "glare_attenuation", help: "0.5–0.99: what a pixel of the way leaves of a ray (0.9)" },
+    Setting { key: "glare_passes", help: "1–4: each makes the rays four times as long (3)" },
+    Setting {
+        key: "lens_light",
+        help: "objects | all: whose bright light is spread; the photo went through a lens already (objects)",
+    },
     Setting { key: "reflectance_cap", help: "0–1: largest diffuse reflectance read off the picture (0.9)" },
     Setting { key: "field_resolution", help: "quads along a cube face of the depth field; 0: the panorama's own (0)" },
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
@@ -77,6 +91,8 @@ pub struct Settings {
     pub probe_neighbours: bool,
     /// `penumbra_radius`.
     pub penumbra_radius: usize,
+    /// `bloom`, `glare`, `lens_threshold`, `bloom_radius`, `glare_attenuation`, `glare_passes` and `lens_light`.
+    pub lens: lens::Params,
     /// How a captured field is prepared.
     pub captured: CapturedOptions,
 }
@@ -96,6 +112,7 @@ impl Default for Settings {
             probes: rt2ar::PROBES[0],
             probe_neighbours: true,
             penumbra_radius: mean::Params::default().radius,
+            lens: lens::Params::default(),
             captured: CapturedOptions::default(),
         }
     }
@@ -147,6 +164,19 @@ impl Settings {
             "probes" => self.probes = count(rt2ar::PROBES[0], rt2ar::PROBES[1])?,
             "probe_neighbours" => self.probe_neighbours = value.parse().map_err(|_| bad())?,
             "penumbra_radius" => self.penumbra_radius = count(0, mean::MAX_RADIUS as u32)? as usize,
+            "bloom" => self.lens.bloom = number(0.0, 1.0)?,
+            "glare" => self.lens.glare = number(0.0, 1.0)?,
+            "lens_threshold" => self.lens.threshold = number(0.0, 1e9)?,
+            "bloom_radius" => self.lens.radius = number(0.001, 0.25)?,
+            "glare_attenuation" => self.lens.attenuation = number(0.5, 0.99)?,
+            "glare_passes" => self.lens.passes = count(1, 4)?,
+            "lens_light" => {
+                self.lens.everything = match value {
+                    "objects" => false,
+                    "all" => true,
+                    _ => return Err(bad()),
+                }
+            }
             "reflectance_cap" => self.captured.reflectance_cap = number(0.0, 1.0)?,
             "field_resolution" => self.captured.field.resolution = count(0, 4096)? as usize,
             "gap_contrast" => self.captured.field.gap_contrast = number(1.0, 1e6)?,

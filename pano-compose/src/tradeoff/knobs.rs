@@ -287,9 +287,11 @@ mod tests {
 
     #[test]
     fn every_setting_is_a_knob_or_describes_the_scene() {
-        // How depth is read, what real surfaces are made of, which light is looked for, and what only sequences
-        // have.
+        // How depth is read, what real surfaces are made of, which light is looked for, what only sequences have, and the
+        // looks of a lens.
         let described = ["gap_contrast", "gap_relative", "reflectance_cap", "detector", "gloss", "gloss_roughness", "sparse"];
+        let lens = ["bloom", "glare", "lens_threshold", "bloom_radius", "glare_attenuation", "glare_passes", "lens_light"];
+        let described = [&described[..], &lens[..]].concat();
         for setting in SETTINGS {
             let known = described.contains(&setting.key) || KNOBS.iter().any(|k| k.name == setting.key);
             assert!(known, "{} is in no sweep", setting.key);

@@ -200,3 +200,22 @@ fn stages_and_settings_are_told() {
     let glossy = with(&[("gloss", "1"), ("gloss_roughness", "0")]);
     assert!(glossy.layers.delta.data() != plain.layers.delta.data());
 }
+
+#[test]
+fn lens_effects_run_only_if_asked_for() {
+    let place = Place::new();
+    place.exr("room.exr", &smooth_picture());
+    let shining = OBJECT.replace("specular = 0", "specular = 0, emissive = [30, 20, 10]");
+    let scene = place.scene("color = 'room.exr'", &shining);
+    let off = run(&scene);
+    assert!(!off.stats.stages.iter().any(|s| s.name == "lens") && !off.stats.plan.is_on("lens"));
+    let mut options = RenderOptions::default();
+    options.settings.set("bloom", "0.2").unwrap();
+    options.settings.set("bloom_radius", "0.1").unwrap();
+    let on = render(&scene, &options, &Silent).unwrap();
+    assert!(on.stats.stages.iter().any(|s| s.name == "lens") && on.stats.plan.is_on("lens"));
+    assert!(on.stats.warnings.iter().any(|w| w.contains("lens effects spread")), "{:?}", on.stats.warnings);
+    let brighter = |x: usize, y: usize| on.composite.color.get(x, y).x - off.composite.color.get(x, y).x;
+    let at = (0..64 * 32).find(|&i| off.layers.coverage.data()[i] == 1.0).unwrap();
+    assert!(brighter(at % 64, at / 64 - 3) > 1e-3 && brighter(5, 2) == 0.0);
+}
