@@ -149,6 +149,7 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
         lighting: None,
         encoding: SourceEncoding::LinearFloat,
         depth: Some(Arc::new(depth)),
+        camera: None,
         meshes: place.objects.clone(),
         proxy_meshes: Vec::new(),
         warnings: Vec::new(),

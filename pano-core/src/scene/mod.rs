@@ -61,6 +61,8 @@ pub struct Scene {
     pub path: PathBuf,
     /// `[panorama]`: the captured place.
     pub panorama: Panorama,
+    /// `[camera]`: a perspective picture with depth of a part of the place.
+    pub camera: Option<DepthCamera>,
     /// `[[proxy]]`: known real geometry.
     pub proxies: Vec<Proxy>,
     /// `[[object]]`: virtual objects.
@@ -97,6 +99,58 @@ impl Panorama {
     /// Rotates directions of the picture (its centre looking to −Z) into the world.
     pub fn world_from_pano(&self) -> Quat {
         rotation_from_yaw_pitch(self.heading + self.convention.center_yaw(), 0.0)
+    }
+}
+
+/// `[camera]`: a depth camera, beside the panorama or instead of one. What it does not see is the panorama; without a
+/// panorama, an estimate from its own picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthCamera {
+    /// `color`: its picture, EXR/HDR linear, PNG/JPEG sRGB. Numbered only where the panorama's is, or without a panorama.
+    pub color: PicturePath,
+    /// `depth`: of the same size. Numbered where `color` is.
+    pub depth: PicturePath,
+    /// How to read `depth`. Default: z in metres; of 16-bit PNGs in millimetres the preset `kinect`.
+    pub depth_format: DepthFormat,
+    /// `vfov`, or `fx`, `fy`, `cx` and `cy`.
+    pub intrinsics: Intrinsics,
+    /// World position of its eye, metres. Default: the panorama's capture point.
+    pub position: Vec3,
+    /// Where it looks: `yaw` degrees to the right of −Z, then `pitch` degrees up, then turned by `roll` degrees clockwise as it
+    /// sees the world; or `rotation`, a quaternion that takes its frame (looking to −Z, +Y up) to the world. Default: to −Z.
+    pub rotation: Quat,
+    /// What a panorama's radiance is multiplied by to be in the units of this picture. Default 1.
+    pub exposure: f32,
+    /// There is no `[panorama]`: [`Scene::panorama`] names this camera's picture and stands where it stands.
+    pub alone: bool,
+}
+
+/// How a depth camera's pixels are seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Intrinsics {
+    /// `vfov`: vertical field of view in degrees, (0, 180), of square pixels about the picture's middle. Default 45.
+    Vfov(f32),
+    /// Measured, in pixels.
+    Pixels {
+        /// `fx` and `fy`, positive; `fy` left out: as `fx`.
+        focal: Vec2,
+        /// `cx` and `cy`, the centre of the top left pixel being (½, ½); left out: the picture's middle.
+        center: [Option<f32>; 2],
+    },
+}
+
+impl DepthCamera {
+    /// The camera of a picture of this size.
+    pub fn camera(&self, (width, height): (usize, usize)) -> Camera {
+        let projection = match self.intrinsics {
+            Intrinsics::Vfov(vfov) => Projection::Perspective { vfov: vfov.to_radians() },
+            Intrinsics::Pixels { focal, center: [x, y] } => {
+                let center = Vec2::new(x.unwrap_or(0.5 * width as f32), y.unwrap_or(0.5 * height as f32));
+                Projection::Pinhole { focal, center }
+            }
+        };
+        let (width, height) = (width.max(1), height.max(1));
+        Camera { position: self.position, world_from_camera: self.rotation, projection, width, height }
     }
 }
 
@@ -172,6 +226,8 @@ pub enum ViewKind {
         /// Vertical field of view in degrees, (0, 180). Default 60.
         vfov: f32,
     },
+    /// What the depth camera sees, pixel for pixel; the default where there is a `[camera]`. No other key of `[view]` applies.
+    Camera,
 }
 
 /// `[render]`: how to render.
@@ -181,7 +237,8 @@ pub struct Render {
     pub method: Method,
     /// Samples a pixel, [1, 65536]. The error falls with the square root, the cost grows in proportion. Default 64.
     pub samples: u32,
-    /// Scattering events after the camera, [1, 64]; 1 is direct light only. Default 3.
+    /// Scattering events after the camera, [1, 64]; 1 is direct light only. Of `rt2ar`: reflections and refractions that
+    /// follow one another. Default: [`Method::default_bounces`].
     pub bounces: u32,
 }
 
@@ -194,7 +251,7 @@ impl Render {
 
 impl Default for Render {
     fn default() -> Self {
-        Self { method: Method::Auto, samples: 64, bounces: 3 }
+        Self { method: Method::Auto, samples: 64, bounces: Method::Auto.default_bounces() }
     }
 }
 
@@ -231,16 +288,20 @@ impl Scene {
         parse::scene(text, path.as_ref())
     }
 
-    /// The view's camera. `panorama_size` is the input picture's size, which a panorama view takes where it has none.
-    pub fn camera(&self, panorama_size: (usize, usize)) -> Camera {
+    /// The view's camera. `picture_size` is the size of the picture it is cut from, which a panorama view takes where it has
+    /// none: the panorama's, or, for [`ViewKind::Camera`], the depth camera's.
+    pub fn camera(&self, picture_size: (usize, usize)) -> Camera {
+        if let (ViewKind::Camera, Some(camera)) = (self.view.kind, &self.camera) {
+            return camera.camera(picture_size);
+        }
         let view = &self.view;
         let turned = rotation_from_yaw_pitch(view.yaw.unwrap_or(0.0), view.pitch.unwrap_or(0.0));
         let (projection, world_from_camera, default_size) = match view.kind {
             ViewKind::Perspective { vfov } => (Projection::Perspective { vfov: vfov.to_radians() }, turned, (1024, 768)),
-            ViewKind::Panorama if view.yaw.is_none() && view.pitch.is_none() => {
-                (Projection::Panorama, self.panorama.world_from_pano(), panorama_size)
+            ViewKind::Panorama | ViewKind::Camera if view.yaw.is_none() && view.pitch.is_none() => {
+                (Projection::Panorama, self.panorama.world_from_pano(), picture_size)
             }
-            ViewKind::Panorama => (Projection::Panorama, turned, panorama_size),
+            ViewKind::Panorama | ViewKind::Camera => (Projection::Panorama, turned, picture_size),
         };
         let (width, height) = view.size.unwrap_or(default_size);
         Camera {

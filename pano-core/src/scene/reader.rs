@@ -250,7 +250,7 @@ fn describe(table: &str) -> String {
     match table {
         "" => "the scene file".into(),
         "proxy" | "object" => format!("[[{table}]]"),
-        "panorama" | "view" | "render" => format!("[{table}]"),
+        "panorama" | "camera" | "view" | "render" => format!("[{table}]"),
         _ => format!("`{table}`"),
     }
 }
