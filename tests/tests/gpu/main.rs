@@ -2,6 +2,7 @@
 //! missing adapter is a failure. The adapter and the number of tests that ran on it are printed at the end.
 
 mod atrous;
+mod bvh;
 mod composite;
 mod context;
 mod cross_bilateral;
@@ -39,6 +40,7 @@ fn main() {
         resample::TESTS,
         light::TESTS,
         sparse::TESTS,
+        bvh::TESTS,
         pipeline::TESTS,
     ]
     .concat();
