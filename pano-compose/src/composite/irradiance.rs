@@ -5,7 +5,7 @@
 //! a reflectance of `cap` could is a lamp, whose own light no shadow touches. In the limit E_R → 0 the change of the picture
 //! is that of a surface of reflectance `cap` at most.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use pano_core::color::luminance;
 use pano_core::image::{Image, RadianceImage};
 use pano_core::{Error, Result};
@@ -13,6 +13,9 @@ use std::f32::consts::PI;
 
 /// Least irradiance that is divided by, as a share of the frame's mean: ten stops below it.
 pub const IRRADIANCE_FLOOR: f32 = 1e-3;
+
+/// Pixels on either side of one over which a mirror's reflectance is measured.
+pub const GLOSS_RADIUS: usize = 4;
 
 /// Irradiance of a view's real surfaces without and with the objects. All pictures have the view's size.
 #[derive(Clone, Debug)]
@@ -57,57 +60,64 @@ impl Irradiance {
         }))
     }
 
-    /// The change of the picture where real surfaces mirror: an addition to eq. 2, which takes them all for diffuse.
+    /// Which part of the real picture is a mirror image, given what the mirror direction shows (`mirror`): x is the share that
+    /// is none, y the mirror's reflectance.
     ///
     /// Light beyond what a reflectance of `cap` could send out (see the floor) is a lamp's own or a mirror image. Where it is
-    /// not brighter than what the mirror direction shows (`mirrored`), it is taken for its image, with that quotient as the
-    /// mirror's reflectance; and where an object comes in between, it shows `mirrored_mixed` instead. Both are premultiplied,
-    /// and 0 where no object does. A lamp is brighter than what it mirrors and keeps its light.
+    /// not brighter than what lies in the mirror direction it is taken for its image, with that quotient as the mirror's
+    /// reflectance, over the pixels within [`GLOSS_RADIUS`]: mirrors are not perfect, nor is what is known to lie there. A
+    /// lamp is brighter than what it mirrors and keeps its light.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] if the pictures differ in size.
+    pub fn gloss(&self, lit: &RadianceImage, mirror: &Image<Vec3>, cap: f32) -> Result<Image<Vec2>> {
+        let (w, h) = self.check(&[mirror.size(), lit.size()])?;
+        let beyond = Image::from_fn(w, h, |x, y| {
+            let share = self.share.get(x, y);
+            let diffuse = self.real.get(x, y) / share * (cap / PI);
+            if share > 0.0 { luminance((lit.get(x, y) - diffuse).max(Vec3::ZERO)) } else { 0.0 }
+        });
+        Ok(Image::par_from_fn(w, h, |x, y| {
+            let here = beyond.get(x, y);
+            if here <= 0.0 {
+                return Vec2::X;
+            }
+            let around = |at: usize, end: usize| at.saturating_sub(GLOSS_RADIUS)..(at + GLOSS_RADIUS + 1).min(end);
+            let (mut sent, mut mirrored) = (0.0, 0.0);
+            for (i, j) in around(y, h).flat_map(|j| around(x, w).map(move |i| (i, j))) {
+                let beyond = beyond.get(i, j);
+                if beyond > 0.0 {
+                    (sent, mirrored) = (sent + beyond, mirrored + luminance(mirror.get(i, j)));
+                }
+            }
+            if sent <= mirrored { Vec2::new(1.0 - here / luminance(lit.get(x, y)), sent / mirrored) } else { Vec2::X }
+        }))
+    }
+
+    /// The change of the picture where real surfaces mirror: an addition to eq. 2, which takes them all for diffuse. Where an
+    /// object comes before what the surface mirrors, it shows `after` in place of `before` (both premultiplied, 0 where none
+    /// does), but takes no more than the mirror image there was. `gloss` is that of [`Self::gloss`].
     ///
     /// # Errors
     /// [`Error::Argument`] if the pictures differ in size.
     pub fn mirror_delta(
         &self,
         lit: &RadianceImage,
-        mirrored: &Image<Vec3>,
-        mirrored_mixed: &Image<Vec3>,
-        cap: f32,
+        gloss: &Image<Vec2>,
+        before: &Image<Vec3>,
+        after: &Image<Vec3>,
     ) -> Result<Image<Vec3>> {
-        let size = self.check(&[mirrored.size(), mirrored_mixed.size(), lit.size()])?;
-        Ok(Image::from_fn(size.0, size.1, |x, y| {
-            let (share, before) = (self.share.get(x, y), mirrored.get(x, y));
-            if share <= 0.0 || before == Vec3::ZERO {
+        let (w, h) = self.check(&[gloss.size(), before.size(), after.size(), lit.size()])?;
+        Ok(Image::from_fn(w, h, |x, y| {
+            let (gloss, before) = (gloss.get(x, y), before.get(x, y));
+            let blocked = luminance(before);
+            if blocked <= 0.0 {
                 return Vec3::ZERO;
             }
-            let beyond = self.beyond_diffuse(x, y, lit.get(x, y), cap);
-            // The part of the pixel whose mirror image is not blocked is not in `mirrored`.
-            let reflectance = beyond * share / luminance(before);
-            let change = (mirrored_mixed.get(x, y) - before) * reflectance;
-            if reflectance <= 1.0 && change.is_finite() { change } else { Vec3::ZERO }
+            let image = (1.0 - gloss.x) * luminance(lit.get(x, y)) * self.share.get(x, y);
+            let change = (after.get(x, y) - before) * gloss.y.min(image / blocked);
+            if change.is_finite() { change } else { Vec3::ZERO }
         }))
-    }
-
-    /// The share of the real picture that is no mirror image (see [`Self::mirror_delta`]), by which it looks from elsewhere:
-    /// what objects see of it. `mirror` is what the mirror direction shows.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] if the pictures differ in size.
-    pub fn matte(&self, lit: &RadianceImage, mirror: &Image<Vec3>, cap: f32) -> Result<Image<f32>> {
-        let size = self.check(&[mirror.size(), lit.size()])?;
-        Ok(Image::from_fn(size.0, size.1, |x, y| {
-            let (share, lit) = (self.share.get(x, y), lit.get(x, y));
-            if share <= 0.0 {
-                return 1.0;
-            }
-            let beyond = self.beyond_diffuse(x, y, lit, cap);
-            if beyond > 0.0 && beyond <= luminance(mirror.get(x, y)) { 1.0 - beyond / luminance(lit) } else { 1.0 }
-        }))
-    }
-
-    /// Luminance that a surface of reflectance `cap` could not send out; the pixel's share is above 0.
-    fn beyond_diffuse(&self, x: usize, y: usize, lit: Vec3, cap: f32) -> f32 {
-        let diffuse = self.real.get(x, y) / self.share.get(x, y) * (cap / PI);
-        luminance((lit - diffuse).max(Vec3::ZERO))
     }
 
     /// That pictures of `others` belong to this one; its size.

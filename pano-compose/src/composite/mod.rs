@@ -17,7 +17,7 @@ mod irradiance;
 
 pub use channels::exr_channels;
 pub use encode::encode_ldr;
-pub use irradiance::{IRRADIANCE_FLOOR, Irradiance, delta_from_ratio};
+pub use irradiance::{GLOSS_RADIUS, IRRADIANCE_FLOOR, Irradiance, delta_from_ratio};
 
 use glam::Vec3;
 use pano_core::image::{Image, RadianceImage};

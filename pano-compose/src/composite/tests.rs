@@ -1,4 +1,5 @@
 use super::*;
+use glam::Vec2;
 use pano_core::color::{LUMINANCE_WEIGHTS, luminance, srgb_to_linear};
 use proptest::prelude::*;
 use std::f32::consts::PI;
@@ -249,15 +250,19 @@ fn no_irradiance_does_not_divide_by_nothing() {
 fn mirror_images_are_blocked_and_lamps_are_not() {
     let irradiance = irradiance(1.0, PI, 0.0);
     // Radiance 2 where .9 could be diffuse: 1.1 beyond, of a window of 4.
-    let change = irradiance.mirror_delta(&grey(2.0), &grey(4.0), &grey(1.0), 0.9).unwrap().get(0, 0).x;
-    assert!((change - (1.0 - 4.0) * 1.1 / 4.0).abs() < 1e-5, "{change}");
-    let matte = irradiance.matte(&grey(2.0), &grey(4.0), 0.9).unwrap().get(0, 0);
-    assert!((matte - 0.45).abs() < 1e-6, "{matte}");
-    // Before a wall of 0.5 it shines by itself.
-    assert_eq!(irradiance.mirror_delta(&grey(2.0), &grey(0.5), &grey(0.0), 0.9).unwrap().get(0, 0), Vec3::ZERO);
-    assert_eq!(irradiance.matte(&grey(2.0), &grey(0.5), 0.9).unwrap().get(0, 0), 1.0);
-    // No object in the way, or nothing beyond diffuse.
-    assert_eq!(irradiance.mirror_delta(&grey(2.0), &grey(0.0), &grey(0.0), 0.9).unwrap().get(0, 0), Vec3::ZERO);
-    assert_eq!(irradiance.mirror_delta(&grey(0.5), &grey(4.0), &grey(1.0), 0.9).unwrap().get(0, 0), Vec3::ZERO);
+    let gloss = irradiance.gloss(&grey(2.0), &grey(4.0), 0.9).unwrap();
+    assert!(gloss.get(0, 0).abs_diff_eq(Vec2::new(0.45, 0.275), 1e-6), "{gloss:?}");
+    let change =
+        |before: f32, after: f32| irradiance.mirror_delta(&grey(2.0), &gloss, &grey(before), &grey(after)).unwrap().get(0, 0).x;
+    assert!((change(4.0, 1.0) - (1.0 - 4.0) * 1.1 / 4.0).abs() < 1e-5, "{}", change(4.0, 1.0));
+    // An object before a quarter of the pixel takes a quarter of that; none takes nothing.
+    assert!((change(1.0, 0.25) - 0.25 * change(4.0, 1.0)).abs() < 1e-6);
+    assert_eq!(change(0.0, 0.0), 0.0);
+    // More than the image there was cannot be taken, whatever is found to lie in the mirror direction.
+    assert!((change(400.0, 0.0) + 1.1).abs() < 1e-5);
+    // Before a wall of 0.5 it shines by itself, and nothing is beyond diffuse where little is sent out.
+    assert_eq!(irradiance.gloss(&grey(2.0), &grey(0.5), 0.9).unwrap().get(0, 0), Vec2::X);
+    assert_eq!(irradiance.gloss(&grey(0.5), &grey(4.0), 0.9).unwrap().get(0, 0), Vec2::X);
+    assert!(irradiance.gloss(&grey(2.0), &Image::filled(3, 1, Vec3::ONE), 0.9).is_err());
     assert!(irradiance.ratio(&Image::filled(3, 1, Vec3::ONE), 0.9).is_err());
 }

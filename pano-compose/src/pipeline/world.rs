@@ -104,12 +104,15 @@ pub fn build_world(
             warnings.push("the panorama has depth: proxies are not used".into());
         }
         let mut options = settings.captured;
-        if matches!(resolve_method(scene, inputs, &mut Vec::new())?, Method::Ibl | Method::Iprt) {
-            // Nothing real changes, or irradiance is what the method estimates itself: no reflectance is asked for.
-            options.irradiance_width = 0;
+        let mut bounds = objects.clusters();
+        match resolve_method(scene, inputs, &mut Vec::new())? {
+            // Nothing real changes: no reflectance is asked for.
+            Method::Ibl => options.irradiance_width = 0,
+            // It estimates the irradiance of what it changes itself; only back faces are left.
+            Method::Iprt => bounds = &[],
+            _ => {}
         }
-        let world =
-            CapturedWorld::new(radiance, depth, turn, capture, objects.clusters(), &options, progress).ok_or(Error::Cancelled)?;
+        let world = CapturedWorld::new(radiance, depth, turn, capture, bounds, &options, progress).ok_or(Error::Cancelled)?;
         return Ok(World::Captured(Box::new(world)));
     }
     let from_picture = Reflectance::FromPicture { cap: settings.captured.reflectance_cap };

@@ -23,7 +23,7 @@ pub struct RealEstimate {
     pub irradiance_variance: Image<f32>,
     /// The same of the change.
     pub change_variance: Image<f32>,
-    /// What the world without objects shows in the direction of mirror reflection, by one ray a pixel.
+    /// What the world without objects shows in the direction of mirror reflection, by up to four rays a pixel.
     pub mirror: Image<Vec3>,
     /// What the world shows in the direction of mirror reflection, premultiplied by `share`, of the samples for which an
     /// object comes before it; and the same for what is seen with the object there. Both 0 elsewhere.
@@ -48,6 +48,9 @@ pub struct VirtualEstimate {
     /// Rays traced.
     pub rays: u64,
 }
+
+/// Rays by which a pixel finds what it would mirror.
+const MIRROR_RAYS: u32 = 4;
 
 /// Sum, sum of squared luminance, and number of samples.
 #[derive(Clone, Copy, Debug, Default)]
@@ -86,6 +89,7 @@ struct RealPixel {
     real: Moments,
     change: Moments,
     mirror: Vec3,
+    mirror_rays: u32,
     mirrored: Vec3,
     mirrored_mixed: Vec3,
     touched: bool,
@@ -98,6 +102,7 @@ impl Default for RealPixel {
             real: Moments::default(),
             change: Moments::default(),
             mirror: Vec3::ZERO,
+            mirror_rays: 0,
             mirrored: Vec3::ZERO,
             mirrored_mixed: Vec3::ZERO,
             touched: false,
@@ -131,7 +136,7 @@ pub fn trace_real<W: RealWorld>(
         change: pixels.map(|p| p.change.sum / p.samples as f32),
         irradiance_variance: pixels.map(|p| p.real.variance_of_mean()),
         change_variance: pixels.map(|p| p.change.variance_of_mean()),
-        mirror: pixels.map(|p| p.mirror),
+        mirror: pixels.map(|p| p.mirror / p.mirror_rays.max(1) as f32),
         mirrored: pixels.map(|p| p.mirrored / p.samples as f32),
         mirrored_mixed: pixels.map(|p| p.mirrored_mixed / p.samples as f32),
         touched: pixels.map(|p| p.touched),
@@ -210,8 +215,9 @@ impl<W: RealWorld> Pass<'_, W> {
                 pixel.real.add(real);
                 pixel.change.add(change);
                 pixel.touched |= touched;
-                if index == 0 {
-                    pixel.mirror = self.look(&self.mirror_ray(&hit, ray.direction), &mut walk);
+                if pixel.mirror_rays < MIRROR_RAYS {
+                    pixel.mirror += self.look(&self.mirror_ray(&hit, ray.direction), &mut walk);
+                    pixel.mirror_rays += 1;
                 }
                 if let Some((before, after)) = self.mirror(&hit, ray.direction, &mut walk) {
                     pixel.mirrored += before;
@@ -301,7 +307,7 @@ impl<W: RealWorld> Pass<'_, W> {
         let pdf = 0.5 * (cos * FRAC_1_PI + self.world.light_pdf(from, direction, behind.as_ref()));
         let (radiance, updated) = match &behind {
             None => (self.world.infinity(direction), self.world.infinity(direction)),
-            Some(real) => self.world.radiance(real),
+            Some(real) => self.world.radiance(real, direction),
         };
         let weight = cos / pdf;
         let object = self.meet_object(&ray.up_to(behind.as_ref().map_or(f32::INFINITY, |b| b.t)), walk);

@@ -20,15 +20,15 @@ pub struct UpdatedWorld<'a, W> {
 pub struct Update {
     /// E_RV / E_R; 1 where nothing is known.
     pub ratio: Image<Vec3>,
-    /// The share of the radiance that leaves in all directions, [0, 1]; the rest is a mirror image that only the panorama's
-    /// own viewpoint sees. 1 where nothing is known.
-    pub matte: Image<f32>,
+    /// x: the share of the radiance that leaves in all directions, [0, 1]; the rest is a mirror image. y: the mirror's
+    /// reflectance, [0, 1], by which other viewpoints see other images. (1, 0) where nothing is known.
+    pub gloss: Image<Vec2>,
 }
 
 impl Default for Update {
     /// Nothing is known.
     fn default() -> Self {
-        Self { ratio: Image::filled(1, 1, Vec3::ONE), matte: Image::filled(1, 1, 1.0) }
+        Self { ratio: Image::filled(1, 1, Vec3::ONE), gloss: Image::filled(1, 1, Vec2::X) }
     }
 }
 
@@ -43,8 +43,9 @@ impl<'a, W: RealWorld> UpdatedWorld<'a, W> {
         self.world
     }
 
-    /// The radiance that a surface sends to other places than the panorama's, without and with the objects.
-    pub(super) fn radiance(&self, hit: &RealHit) -> (Vec3, Vec3) {
+    /// The radiance that a surface sends back along `direction`, without and with the objects. What it mirrors is what the
+    /// world without objects shows.
+    pub(super) fn radiance(&self, hit: &RealHit, direction: Vec3) -> (Vec3, Vec3) {
         let radiance = hit.radiance.unwrap_or(Vec3::ZERO);
         let seen = hit.position - self.capture;
         // Only the side that the panorama shows is known to have changed.
@@ -52,18 +53,25 @@ impl<'a, W: RealWorld> UpdatedWorld<'a, W> {
             return (radiance, radiance);
         }
         let uv = sphere::uv_from_direction(self.pano_from_world * seen);
-        let before = radiance * sphere::bilinear(&self.update.matte, uv);
-        (before, before * sphere::bilinear(&self.update.ratio, uv))
+        let gloss = sphere::bilinear(&self.update.gloss, uv);
+        let mirrored = if gloss.y > 0.0 { self.mirrored(hit, direction) * gloss.y } else { Vec3::ZERO };
+        let matte = radiance * gloss.x;
+        (matte + mirrored, matte * sphere::bilinear(&self.update.ratio, uv) + mirrored)
     }
 
-    fn updated(&self, hit: RealHit) -> RealHit {
-        RealHit { radiance: hit.radiance.map(|_| self.radiance(&hit).1), ..hit }
+    fn mirrored(&self, hit: &RealHit, direction: Vec3) -> Vec3 {
+        let ray = Ray::new(self.world.leave(hit), direction - hit.normal * (2.0 * direction.dot(hit.normal)));
+        self.world.hit(&ray).map_or_else(|| self.world.infinity(ray.direction), |real| real.radiance.unwrap_or(Vec3::ZERO))
+    }
+
+    fn updated(&self, hit: RealHit, direction: Vec3) -> RealHit {
+        RealHit { radiance: hit.radiance.map(|_| self.radiance(&hit, direction).1), ..hit }
     }
 }
 
 impl<W: RealWorld> RealWorld for UpdatedWorld<'_, W> {
     fn hit(&self, ray: &Ray) -> Option<RealHit> {
-        self.world.hit(ray).map(|hit| self.updated(hit))
+        self.world.hit(ray).map(|hit| self.updated(hit, ray.direction))
     }
 
     fn shown_surface(&self, hit: RealHit, direction: Vec3, u: f32) -> RealHit {
@@ -87,7 +95,7 @@ impl<W: RealWorld> RealWorld for UpdatedWorld<'_, W> {
     }
 
     fn reach(&self, ray: &Ray, sample: &LightSample) -> Option<Option<RealHit>> {
-        Some(self.world.reach(ray, sample)?.map(|hit| self.updated(hit)))
+        Some(self.world.reach(ray, sample)?.map(|hit| self.updated(hit, ray.direction)))
     }
 
     fn environment(&self) -> Environment<'_> {
@@ -103,13 +111,13 @@ impl<W: RealWorld> RealWorld for UpdatedWorld<'_, W> {
     }
 }
 
-/// Carries E_RV / E_R and the `matte` share from the view over to the panorama, as pictures of `size`.
+/// Carries E_RV / E_R and the `gloss` ([`Update::gloss`]) from the view over to the panorama, as pictures of `size`.
 pub fn panorama_update<W: RealWorld>(
     frame: &Frame<'_>,
     world: &W,
     buffer: &GBuffer,
     ratio: &Image<Vec3>,
-    matte: &Image<f32>,
+    gloss: &Image<Vec2>,
     size: (usize, usize),
 ) -> Update {
     let world_from_pano = world.environment().pano_from_world.inverse();
@@ -129,9 +137,9 @@ pub fn panorama_update<W: RealWorld>(
         }
         let hit = world.hit(&Ray::new(frame.capture, direction))?;
         match look(hit.position - camera.position) {
-            Some((px, py)) if buffer.shows(px, py, &hit, camera) => Some((ratio.get(px, py), matte.get(px, py))),
+            Some((px, py)) if buffer.shows(px, py, &hit, camera) => Some((ratio.get(px, py), gloss.get(px, py))),
             _ => None,
         }
     });
-    Update { ratio: found.map(|f| f.map_or(Vec3::ONE, |f| f.0)), matte: found.map(|f| f.map_or(1.0, |f| f.1)) }
+    Update { ratio: found.map(|f| f.map_or(Vec3::ONE, |f| f.0)), gloss: found.map(|f| f.map_or(Vec2::X, |f| f.1)) }
 }

@@ -5,22 +5,26 @@
 //! plane of ray and eye, and as long. The paper draws that face as a straight line and maps a hit on it back by equal length
 //! along the tangent and then along the line of sight. *Departure*: the back face here is the front layer itself turned by
 //! a quarter about g₁, which is the same for a flat front and needs no tangent: at the round edge of a cushion the tangent
-//! is the line of sight, whatever lies beyond. The ray meets it where the ray, turned back, meets the front layer
-//! from behind; that point is q. Length needs no rule of its own: past the end of the front layer nothing is met.
+//! is the line of sight, whatever lies beyond. It is turned about the rim of the front layer, as the gaps around g₁ show it:
+//! in the plane of ray and eye alone, faces along oblique rims would lean. The ray meets the face where the ray, turned back,
+//! meets the front layer from behind; that point is q. Length needs no rule of its own: past the end of the front layer
+//! nothing is met.
 //!
 //! *Addition*: the layer behind goes on as a plane behind the front one until the ray comes back in sight. Without that a
 //! ceiling has a hole behind every lamp. Its colour there is that of g₂.
 //!
 //! Infinity is no layer: between a window frame and the sky light passes.
 
-use super::{DepthField, FieldHit};
-use glam::Vec3;
+use super::{DepthField, FieldHit, HiddenSide};
+use glam::{Quat, Vec3};
 
 /// A ray crossing the gap beside a front layer, going behind it. Positions are relative to the capture point e.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     /// g₁: the end of the front layer, on the line from e to where the ray crosses.
     pub(super) edge: Vec3,
+    /// Unit tangent of the front layer's rim at g₁.
+    pub(super) rim: Vec3,
     /// The plane of the layer behind at g₂: p with p·x = 1.
     pub(super) back: Vec3,
     /// Direction of a sample of the layer behind, next to g₂.
@@ -30,25 +34,21 @@ pub(super) struct Entry {
 }
 
 impl DepthField {
-    /// Where the ray meets the assumed back face; `hidden_side` is the direction of q. `None` where it does not: parallel to
+    /// Where the ray meets the assumed back face; it names the direction of q. `None` where it does not: parallel to
     /// it, diverging from it, or past its end.
     pub(super) fn back_face(&self, origin: Vec3, direction: Vec3, entry: &Entry) -> Option<FieldHit> {
-        let distance = entry.edge.length();
-        let outward = entry.edge / distance;
-        // The plane of ray and e has the axes `outward` and `inward`: over the front layer, the way the ray turns.
-        let along = direction.dot(outward);
-        let inward = (direction - outward * along).try_normalize()?;
-        let turning = direction.dot(inward);
-        let behind = (origin + direction * entry.t).dot(outward) - distance;
-        // The quarter turn about g₁ that takes the back face to the front: outward to inward, inward to −outward.
-        let turned = inward * along - outward * turning;
-        let start = entry.edge + inward * behind;
+        let outward = entry.edge.normalize();
+        let inward = direction - outward * direction.dot(outward);
+        // The quarter turn about the rim that takes the back face to the front: outward to inward.
+        let turn = Quat::from_axis_angle(entry.rim, std::f32::consts::FRAC_PI_2);
+        let turn = if (turn * outward).dot(inward) < 0.0 { turn.inverse() } else { turn };
+        let start = entry.edge + turn * (origin + direction * entry.t - entry.edge);
+        let turned = turn * direction;
         let hit = self.march_surfaces(start, turned, f32::INFINITY).hit().filter(|hit| hit.back)?;
         let q = (start + turned * hit.t).try_normalize()?;
-        let (nu, na) = (hit.normal.dot(outward), hit.normal.dot(inward));
-        let normal = (outward * na - inward * nu).try_normalize()?;
+        let normal = turn.inverse() * hit.normal;
         let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
-        Some(FieldHit { t: entry.t + hit.t, normal, back: false, at_gap: false, hidden_side: Some(q) })
+        Some(FieldHit { t: entry.t + hit.t, normal, back: false, at_gap: false, hidden_side: Some(HiddenSide::BackFace(q)) })
     }
 
     /// Where the ray meets the layer behind, continued as a plane behind the front one.
@@ -61,7 +61,7 @@ impl DepthField {
             normal,
             back: false,
             at_gap: false,
-            hidden_side: Some(entry.back_sample),
+            hidden_side: Some(HiddenSide::BackLayer(entry.back_sample)),
         })
     }
 }

@@ -44,9 +44,9 @@ pub(super) struct Face {
     /// Whether a cell lies across a gap; n² cells.
     pub(super) gap: Vec<bool>,
     /// Whether the step from a sample to its right neighbour is a gap; n + 1 rows of n.
-    gap_right: Vec<bool>,
+    pub(super) gap_right: Vec<bool>,
     /// Whether the step from a sample to the one below is a gap; n rows of n + 1.
-    gap_below: Vec<bool>,
+    pub(super) gap_below: Vec<bool>,
     /// Level 0 has n² cells, each further level half the side (rounded up).
     pub(super) pyramid: Vec<Vec<Range>>,
 }
@@ -114,7 +114,8 @@ impl DepthField {
     /// with p·x = 1 for its points x, from which normals follow.
     pub fn look(&self, d: Vec3) -> (f32, Vec3) {
         let (face, at) = face_from_direction(d);
-        let (inverse, plane) = self.faces[face].patch(self.n, at);
+        let (inverse, _) = self.faces[face].patch(self.n, at);
+        let plane = self.faces[face].smooth_plane(self.n, at);
         let [forward, right, down] = AXES[face];
         (inverse * d.dot(forward), right * plane.x + down * plane.y + forward * plane.z)
     }
@@ -245,15 +246,6 @@ impl Face {
         let above = (j > 0 && !self.gap_below[k - (n + 1)]).then(|| self.inverse[k - (n + 1)]);
         let below = (j < n && !self.gap_below[k]).then(|| self.inverse[k + n + 1]);
         [value, slope(left, right), slope(above, below)]
-    }
-
-    /// The plane of [`Self::quarter`] as (a, b, c) with inverse depth = a·x + b·y + c for x, y in [−1, 1].
-    pub(super) fn quarter_plane(&self, n: usize, i: usize, j: usize) -> Vec3 {
-        let [value, slope_x, slope_y] = self.quarter(n, i, j);
-        let per_unit = 0.5 * n as f32;
-        let at = Vec2::new(i as f32, j as f32) / per_unit - 1.0;
-        let (dx, dy) = (slope_x * per_unit, slope_y * per_unit);
-        Vec3::new(dx, dy, value - dx * at.x - dy * at.y)
     }
 
     /// Whether two corners of one cell belong to different surfaces: along its edges every way from one to the other

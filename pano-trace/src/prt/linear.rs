@@ -32,10 +32,8 @@ pub fn march_linear(field: &DepthField, origin: Vec3, direction: Vec3, t_max: f3
             let slope = (gap(lo) - gap(hi)).abs();
             if slope < 1e-3 * (g0.abs() + g1.abs()) + 1e-5 {
                 let p = origin + direction * t;
-                let (_, plane) = field.look(p.normalize());
-                let toward = -plane.try_normalize()?;
-                let back = toward.dot(direction) > 0.0;
-                return Some(FieldHit { t, normal: if back { -toward } else { toward }, back, at_gap: false, hidden_side: None });
+                let (normal, back) = field.side(p.normalize(), direction)?;
+                return Some(FieldHit { t, normal, back, at_gap: false, hidden_side: None });
             }
         }
         (t0, g0) = (t1, g1);

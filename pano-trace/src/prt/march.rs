@@ -1,48 +1,9 @@
 //! Hierarchical marching of a ray through the depth field.
 
+use super::answer::{Answer, FieldHit};
 use super::back_face::Entry;
 use super::field::{AXES, DepthField, Face};
-use glam::{Vec2, Vec3};
-
-/// Where a ray met the captured surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FieldHit {
-    /// Distance in metres.
-    pub t: f32,
-    /// Unit normal of the surface on the side the ray came from.
-    pub normal: Vec3,
-    /// The ray came from behind: it met the side that the panorama has not seen.
-    pub back: bool,
-    /// The surface was met at a gap, on the half cell of its last sample.
-    pub at_gap: bool,
-    /// The ray met the back face that is assumed between a front layer and the one behind it: the direction of the point of
-    /// the front layer whose colour it borrows.
-    pub hidden_side: Option<Vec3>,
-}
-
-/// What a ray met.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Answer {
-    /// The captured surface.
-    Surface(FieldHit),
-    /// An assumed back face at a gap.
-    BackFace(FieldHit),
-    /// Nothing nearer than its end.
-    Left,
-    /// Nothing within the steps allowed ([`super::FieldOptions::max_steps`]).
-    OutOfSteps,
-}
-
-impl Answer {
-    /// The hit, on a surface or at a gap.
-    #[inline]
-    pub fn hit(self) -> Option<FieldHit> {
-        match self {
-            Self::Surface(hit) | Self::BackFace(hit) => Some(hit),
-            Self::Left | Self::OutOfSteps => None,
-        }
-    }
-}
+use glam::{Mat3, Vec2, Vec3};
 
 /// Points nearer to the capture point than this have no direction worth the name; metres.
 const NEAREST: f32 = 1e-4;
@@ -281,11 +242,10 @@ impl DepthField {
             return None;
         }
         let at = (ray.from + ray.along * root) * (2.0 / n as f32) - 1.0;
-        let (_, plane) = face.patch(n, at);
         let [forward, right, down] = AXES[ray.face];
-        let toward = -(right * plane.x + down * plane.y + forward * plane.z).try_normalize()?;
-        let back = toward.dot(progress.direction) > 0.0;
-        Some(FieldHit { t, normal: if back { -toward } else { toward }, back, at_gap, hidden_side: None })
+        let axes = Mat3::from_cols(right, down, forward);
+        let (normal, back) = face.side(n, at, axes.transpose() * progress.direction)?;
+        Some(FieldHit { t, normal: axes * normal, back, at_gap, hidden_side: None })
     }
 
     /// At a gap each corner keeps a quarter of the cell, in its own plane. Where the ray passes from one layer behind the
@@ -360,24 +320,34 @@ impl DepthField {
         let [forward, right, down] = AXES[ray.face];
         let on_cube = |p: Vec3| right * p.x + down * p.y + forward * p.z;
         let to_face = |cells: Vec2| cells * (2.0 / self.n as f32) - 1.0;
-        let at = to_face(ray.from + ray.along * s).extend(1.0);
-        let front = face.quarter_plane(self.n, corner.0, corner.1);
-        let inverse = front.dot(at);
-        if inverse <= 0.0 {
-            return;
-        }
-        // Slopes right at a gap come from one neighbour, and that from the nearest texel: a few cells back they are better,
-        // if the layer is as wide there.
-        let step = ray.along / ray.along.abs().max_element().max(f32::MIN_POSITIVE);
-        let before = (ray.from + ray.along * s - step * CLEAR).clamp(Vec2::ZERO, Vec2::splat(self.n as f32));
-        let (cell_x, cell_y) = ((before.x as usize).min(self.n - 1), (before.y as usize).min(self.n - 1));
-        let (sample, back) = if face.gap[cell_y * self.n + cell_x] {
-            (Vec2::new(other.0 as f32, other.1 as f32), face.quarter_plane(self.n, other.0, other.1))
-        } else {
-            (before, face.patch(self.n, to_face(before)).1)
+        let middle = ray.from + ray.along * s;
+        // Samples right at a gap are those of the nearest texel: a few cells off, the layers' planes are better, if the layers
+        // are as wide there.
+        let plane = |(i, j): (usize, usize), off: Vec2| {
+            let clear = (middle + off * CLEAR).clamp(Vec2::ZERO, Vec2::splat(self.n as f32));
+            let (x, y) = ((clear.x as usize).min(self.n - 1), (clear.y as usize).min(self.n - 1));
+            if face.gap[y * self.n + x] {
+                (Vec2::new(i as f32, j as f32), face.sample_plane(self.n, i, j))
+            } else {
+                (clear, face.smooth_plane(self.n, to_face(clear)))
+            }
         };
+        let toward_front = face.toward_front(self.n, corner, other);
+        let (_, front) = plane(corner, toward_front);
+        let on_front = |cells: Vec2| {
+            let at = to_face(cells).extend(1.0);
+            let inverse = front.dot(at);
+            (inverse > 0.0).then(|| on_cube(at) / inverse)
+        };
+        // Two points of the rim, a cell apart.
+        let along_rim = 0.5 * toward_front.perp();
+        let rim = on_front(middle + along_rim).zip(on_front(middle - along_rim)).and_then(|(a, b)| (a - b).try_normalize());
+        let (Some(edge), Some(rim)) = (on_front(middle), rim) else { return };
+        let step = ray.along / ray.along.abs().max_element().max(f32::MIN_POSITIVE);
+        let (sample, back) = plane(other, -step);
         let entry = Entry {
-            edge: on_cube(at) / inverse,
+            edge,
+            rim,
             back: on_cube(back),
             back_sample: on_cube(to_face(sample).extend(1.0)).normalize(),
             t: ray.weighted_t_at(s) / ray.inverse_at(s),

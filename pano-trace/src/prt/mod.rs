@@ -8,14 +8,16 @@
 //! The surface is thin. Where neighbouring samples belong to different surfaces (a *gap*) nothing is stretched between
 //! them: each sample keeps its half of the cell at its own depth, and a ray may pass between.
 
+mod answer;
 mod back_face;
 mod field;
 mod linear;
 mod march;
+mod slopes;
 
+pub use answer::{Answer, FieldHit, HiddenSide};
 pub use field::{DepthField, FieldOptions};
 pub use linear::march_linear;
-pub use march::{Answer, FieldHit};
 
 #[cfg(test)]
 mod tests;

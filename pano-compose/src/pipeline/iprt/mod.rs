@@ -215,8 +215,8 @@ impl Stages<'_> {
         };
         let cap = self.frame.options.settings.captured.reflectance_cap;
         let mut irradiance = Irradiance { share: real.share.clone(), real: real.irradiance, change: real.change };
-        let matte = irradiance.matte(self.lit, &real.mirror, cap)?;
-        let mut mirror = irradiance.mirror_delta(self.lit, &real.mirrored, &real.mirrored_mixed, cap)?;
+        let gloss = irradiance.gloss(self.lit, &real.mirror, cap)?;
+        let mut mirror = irradiance.mirror_delta(self.lit, &gloss, &real.mirrored, &real.mirrored_mixed)?;
         if let Some(histories) = histories {
             let shares = (&real.share, &share);
             self.remember((&mut *device, "history real"), shares, &mut irradiance.real, &mut histories.irradiance)?;
@@ -227,7 +227,7 @@ impl Stages<'_> {
         }
         let ratio = irradiance.ratio(self.lit, cap)?;
         let size = self.frame.inputs.photo.size();
-        let update = iprt::panorama_update(traced, self.world, &self.buffer, &ratio, &matte, size);
+        let update = iprt::panorama_update(traced, self.world, &self.buffer, &ratio, &gloss, size);
         clock.stage("update", self.pixels, 0);
         Ok(RealResult { irradiance, ratio, mirror, update, touched: real.touched })
     }

@@ -143,8 +143,24 @@ fn similarity(position: Vec3, normal: Vec3, texel: &Texel) -> f32 {
     (-off * off).exp() * normal.dot(texel.normal).max(0.0).powi(8)
 }
 
-/// Irradiance at one texel: cosine and light sampling, joined by the balance heuristic.
+/// Irradiance at one texel.
 fn measure(world: &CapturedWorld, hit: &RealHit, at: UVec2, samples: u32) -> Texel {
+    let mut sum = Vec3::ZERO;
+    for i in 0..samples {
+        // A stream of its own: frame number −1 is no frame.
+        sum += estimate(world, hit, &mut Sampler::new(at, i, Stream { frame: u32::MAX, seed: 0 }));
+    }
+    let turn = world.world_from_pano.inverse();
+    Texel {
+        irradiance: sum / samples.max(1) as f32,
+        position: world.to_pano(hit.position),
+        normal: turn * hit.normal,
+        measured: true,
+    }
+}
+
+/// One estimate of the irradiance at `hit`, by a pair of rays: cosine and light sampling, joined by the balance heuristic.
+pub(super) fn estimate(world: &CapturedWorld, hit: &RealHit, sampler: &mut Sampler) -> Vec3 {
     let from = world.leave(hit);
     let (tangent, bitangent) = hit.normal.any_orthonormal_pair();
     let arriving = |d: Vec3, light: Option<&super::LightSample>| {
@@ -155,29 +171,18 @@ fn measure(world: &CapturedWorld, hit: &RealHit, at: UVec2, samples: u32) -> Tex
         let ray = Ray::new(from, d);
         let reached = match light {
             Some(sample) => world.reach(&ray, sample),
-            None => Some(world.hit(&ray)),
+            None => Some(world.nearest(&ray).map(|(hit, _)| hit)),
         };
         let Some(behind) = reached else { return Vec3::ZERO };
         let radiance = behind.as_ref().and_then(|b| b.radiance).unwrap_or_else(|| world.infinity(d));
         radiance * (cos / (cos * FRAC_1_PI + world.light_pdf(from, d, behind.as_ref())))
     };
-    let mut sum = Vec3::ZERO;
-    for i in 0..samples {
-        // A stream of its own: frame number −1 is no frame.
-        let mut sampler = Sampler::new(at, i, Stream { frame: u32::MAX, seed: 0 });
-        let u = sampler.next_4d();
-        let disc = concentric_disc(Vec2::new(u[0], u[1]));
-        let up = (1.0 - disc.length_squared()).max(0.0).sqrt();
-        sum += arriving(tangent * disc.x + bitangent * disc.y + hit.normal * up, None);
-        if let Some(sample) = world.sample_light(from, Vec2::new(u[2], u[3])) {
-            sum += arriving(sample.direction, Some(&sample));
-        }
-    }
-    let turn = world.world_from_pano.inverse();
-    Texel {
-        irradiance: sum / samples.max(1) as f32,
-        position: world.to_pano(hit.position),
-        normal: turn * hit.normal,
-        measured: true,
+    let u = sampler.next_4d();
+    let disc = concentric_disc(Vec2::new(u[0], u[1]));
+    let up = (1.0 - disc.length_squared()).max(0.0).sqrt();
+    let by_cosine = arriving(tangent * disc.x + bitangent * disc.y + hit.normal * up, None);
+    match world.sample_light(from, Vec2::new(u[2], u[3])) {
+        Some(sample) => by_cosine + arriving(sample.direction, Some(&sample)),
+        None => by_cosine,
     }
 }

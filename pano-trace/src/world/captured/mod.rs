@@ -1,13 +1,14 @@
 //! The radiance field that a panorama with depth has captured: every real surface already carries all real light, lights
 //! what it faces, and blocks what is behind it.
 
+mod hidden;
 mod infinity;
 mod irradiance;
 
 use super::{Environment, LightSample, RealHit, RealWorld, proxy::reflectance_from};
 use crate::bvh::Ray;
 use crate::objects::Ball;
-use crate::prt::{DepthField, FieldOptions};
+use crate::prt::{DepthField, FieldOptions, HiddenSide};
 use glam::{Quat, Vec2, Vec3};
 use irradiance::IrradianceMap;
 use pano_core::{color, distribution::SphereDistribution, image::Image, image::RadianceImage, progress::Progress, sphere};
@@ -122,6 +123,28 @@ impl CapturedWorld {
         })
     }
 
+    /// The nearest surface on the ray, with what was assumed about it. A back face shows the radiance of the front it is made of.
+    fn nearest(&self, ray: &Ray) -> Option<(RealHit, Option<HiddenSide>)> {
+        let inverse_turn = self.world_from_pano.inverse();
+        let (origin, direction) = (inverse_turn * (ray.origin - self.capture), inverse_turn * ray.direction);
+        if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
+            return self.look(direction).filter(|h| h.t < ray.t_max).map(|h| (h, None));
+        }
+        let hit = self.field.march(origin, direction, ray.t_max).hit()?;
+        let (surface, shown) = match hit.hidden_side {
+            Some(HiddenSide::BackFace(q) | HiddenSide::BackLayer(q)) => (HIDDEN_SIDE, q),
+            None => (SEEN, origin + direction * hit.t),
+        };
+        let real = RealHit {
+            t: hit.t,
+            position: ray.at(hit.t),
+            normal: self.world_from_pano * hit.normal,
+            surface,
+            radiance: Some(self.shown(shown, hit.at_gap)),
+        };
+        Some((real, hit.hidden_side))
+    }
+
     /// Radiance shown at a point; across a gap the nearest texel's, never a mixture of front and back.
     fn shown(&self, at: Vec3, at_gap: bool) -> Vec3 {
         let uv = sphere::uv_from_direction(at);
@@ -137,18 +160,10 @@ impl CapturedWorld {
 impl RealWorld for CapturedWorld {
     #[inline]
     fn hit(&self, ray: &Ray) -> Option<RealHit> {
-        let inverse_turn = self.world_from_pano.inverse();
-        let (origin, direction) = (inverse_turn * (ray.origin - self.capture), inverse_turn * ray.direction);
-        if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
-            return self.look(direction).filter(|h| h.t < ray.t_max);
-        }
-        let hit = self.field.march(origin, direction, ray.t_max).hit()?;
-        Some(RealHit {
-            t: hit.t,
-            position: ray.at(hit.t),
-            normal: self.world_from_pano * hit.normal,
-            surface: if hit.hidden_side.is_some() { HIDDEN_SIDE } else { SEEN },
-            radiance: Some(self.shown(hit.hidden_side.unwrap_or(origin + direction * hit.t), hit.at_gap)),
+        let (hit, assumed) = self.nearest(ray)?;
+        Some(match assumed {
+            Some(HiddenSide::BackFace(q)) => RealHit { radiance: Some(self.relit(&hit, q)), ..hit },
+            _ => hit,
         })
     }
 
@@ -229,7 +244,7 @@ impl RealWorld for CapturedWorld {
 
     #[inline]
     fn reach(&self, ray: &Ray, sample: &LightSample) -> Option<Option<RealHit>> {
-        let behind = self.hit(ray);
+        let behind = self.nearest(ray).map(|(hit, _)| hit);
         let reached = match (sample.target, &behind) {
             (None, None) => true,
             (Some(target), Some(hit)) if hit.surface == SEEN => {

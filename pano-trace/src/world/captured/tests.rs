@@ -276,3 +276,37 @@ fn without_depth_everything_is_at_infinity() {
     }
     assert!((measured - 1.0).abs() < 0.05, "{measured}");
 }
+
+/// A board before the capture point, seen from behind by rays that pass its sides: the assumed sides get the light that they
+/// face. Where all is equally bright they are as bright; beside a bright wall, the side that faces it is the brighter one.
+#[test]
+fn hidden_sides_are_lit_by_what_they_face() {
+    let board = |d: Vec3| {
+        let at = d / -d.z;
+        d.z < 0.0 && at.x.abs() < 0.4 && at.y.abs() < 0.4
+    };
+    let distance = |d: Vec3| if board(d) { 1.0 / -d.z } else { box_room(d) };
+    let sides = |radiance: &dyn Fn(Vec3) -> Vec3| {
+        let world = world(512, distance, radiance, here(), &CapturedOptions { irradiance_samples: 64, ..coarse() });
+        [-1.0f32, 1.0].map(|side| {
+            let mut random = StdRng::seed_from_u64(5);
+            let (mut sum, mut count) = (0.0, 0);
+            for _ in 0..4000 {
+                let from = Vec3::new(side * 1.2, random.random_range(-0.2..0.2), -1.2);
+                let to = Vec3::new(side * 0.4, random.random_range(-0.2..0.2), random.random_range(-1.3..-1.05));
+                let ray = Ray::new(here().1 + here().0 * from, here().0 * (to - from).normalize());
+                let Some((hit, Some(HiddenSide::BackFace(_)))) = world.nearest(&ray) else { continue };
+                assert!((here().0.inverse() * hit.normal).x * side > 0.95, "{hit:?}");
+                (sum, count) = (sum + world.hit(&ray).unwrap().radiance.unwrap().x, count + 1);
+            }
+            assert!(count > 2000, "{count}");
+            sum / count as f32
+        })
+    };
+    for side in sides(&|_| Vec3::ONE) {
+        assert!((side - 1.0).abs() < 0.02, "{side}");
+    }
+    // The board sends out .2, the wall at −x 4.
+    let [left, right] = sides(&|d| Vec3::splat(if !board(d) && (d * box_room(d)).x < LO.x + 1e-3 { 4.0 } else { 0.2 }));
+    assert!(left > 3.0 * right, "{left} {right}");
+}
