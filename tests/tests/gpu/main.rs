@@ -9,6 +9,7 @@ mod cross_bilateral;
 mod expand;
 mod firefly;
 mod light;
+mod march;
 mod pipeline;
 mod prelude;
 mod resample;
@@ -41,6 +42,7 @@ fn main() {
         light::TESTS,
         sparse::TESTS,
         bvh::TESTS,
+        march::TESTS,
         pipeline::TESTS,
     ]
     .concat();
