@@ -11,7 +11,9 @@ use pano_core::sphere::resample;
 use pano_denoise::{atrous, cross_bilateral, firefly, temporal};
 use pano_light::{WorkingMap, detect, expand, ibl};
 use pano_tests::random::Random;
+use pano_tests::rooms::{Cuboid, texel_direction};
 use pano_trace::bvh::{Blas, Ray, Tlas, gpu::GpuTlas};
+use pano_trace::prt::{DepthField, FieldOptions, gpu::GpuDepthField};
 use pano_trace::sparse;
 use std::sync::Arc;
 use std::time::Instant;
@@ -186,4 +188,19 @@ fn rays(gpu: &Gpu) {
     row(gpu, "131 072 rays, 3 × 20 k faces (CPU: one thread)", flop, cpu, || consume(held.intersect(gpu, &rays).unwrap()));
     let cpu = || consume(rays.iter().map(|r| tlas.occluded(r)).collect::<Vec<_>>());
     row(gpu, "the same, any hit", flop, cpu, || consume(held.occluded(gpu, &rays).unwrap()));
+
+    // A room with a pillar in it.
+    let (walls, pillar) = (Cuboid { lo: Vec3::splat(-2.0), hi: Vec3::splat(2.5) }, Vec3::new(1.0, 0.0, 0.3));
+    let depth = Image::from_fn(2048, 1024, |x, y| {
+        let d = texel_direction(2048, 1024, x, y);
+        let wall = walls.span(Vec3::ZERO, d).map_or(f32::INFINITY, |s| s.1);
+        if d.dot(pillar) > 1.0 { 0.8 } else { wall }
+    });
+    let field = DepthField::new(&depth, &FieldOptions { back_faces: false, ..FieldOptions::default() });
+    let held = GpuDepthField::new(gpu, &field).unwrap();
+    let rays: Vec<Ray> = (0..RAYS).map(|_| Ray::new(random.direction() * 0.5, random.direction())).collect();
+    let cpu = || consume(rays.iter().map(|r| field.march(r.origin, r.direction, r.t_max)).collect::<Vec<_>>());
+    let on_gpu = || consume(held.march(gpu, &rays).unwrap());
+    // Some fifty cells a ray.
+    row(gpu, "131 072 rays through the depth of 2048 × 1024 (CPU: one thread)", RAYS as f64 * 50.0 * 60.0, cpu, on_gpu);
 }

@@ -1,6 +1,7 @@
 //! Reads the pictures and meshes that a scene names.
 
-use super::{Error, Result};
+use super::device::Device;
+use super::{Error, RenderOptions, Result};
 use crate::plan::SceneFacts;
 use glam::{Affine3A, Vec2};
 use pano_core::{
@@ -102,7 +103,13 @@ impl Loader {
     /// # Errors
     /// The first file at fault.
     pub fn load(&mut self, scene: &Scene, frame: u32) -> Result<Inputs> {
-        let picture = last_or(&mut self.picture, scene.panorama.color.path(frame), read_picture)?;
+        self.load_on(&mut Device::new(&RenderOptions::default()), scene, frame)
+    }
+
+    /// The same, where `device` says.
+    pub(super) fn load_on(&mut self, device: &mut Device, scene: &Scene, frame: u32) -> Result<Inputs> {
+        let path = scene.panorama.color.path(frame);
+        let picture = last_or(&mut self.picture, path, |path| read_picture(path, device))?;
         let mut warnings: Vec<String> = picture.warning.clone().into_iter().collect();
         let depth = match &scene.panorama.depth {
             None => None,
@@ -148,7 +155,7 @@ fn last_or<T: Clone>(last: &mut Option<(PathBuf, T)>, path: PathBuf, read: impl 
     }
 }
 
-fn read_picture(path: &Path) -> Result<Picture> {
+fn read_picture(path: &Path, device: &mut Device) -> Result<Picture> {
     let picture = io::read_image(path)?;
     check_equirectangular(path, picture.radiance.size())?;
     let warning = (!picture.report.is_clean()).then(|| {
@@ -160,7 +167,7 @@ fn read_picture(path: &Path) -> Result<Picture> {
         None
     } else {
         let mut hdr = photo.as_ref().clone();
-        pano_light::expand::expand(&photo, &mut hdr)?;
+        device.expand(&photo, &mut hdr)?;
         hdr.data_mut().iter_mut().for_each(|p| *p /= LEAST_EXPANSION);
         Some(Arc::new(hdr))
     };
