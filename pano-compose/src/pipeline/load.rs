@@ -1,6 +1,7 @@
 //! Reads the pictures and meshes that a scene names.
 
-use super::{Error, Result};
+use super::device::Device;
+use super::{Error, RenderOptions, Result};
 use crate::plan::SceneFacts;
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use pano_core::{
@@ -151,15 +152,20 @@ impl Loader {
     /// # Errors
     /// The first file at fault.
     pub fn load(&mut self, scene: &Scene, frame: u32) -> Result<Inputs> {
+        self.load_on(&mut Device::new(&RenderOptions::default()), scene, frame)
+    }
+
+    /// The same, where `device` says.
+    pub(super) fn load_on(&mut self, device: &mut Device, scene: &Scene, frame: u32) -> Result<Inputs> {
         let seen = match &scene.camera {
             None => None,
-            Some(camera) => Some(last_or(&mut self.camera, camera.color.path(frame), |_| read_camera(camera, frame))?),
+            Some(camera) => Some(last_or(&mut self.camera, camera.color.path(frame), |_| read_camera(camera, frame, device))?),
         };
         let picture = match seen.as_ref().and_then(|seen| seen.surroundings.clone()) {
             Some(surroundings) => surroundings,
             None => {
                 let exposure = scene.camera.as_ref().map_or(1.0, |camera| camera.exposure);
-                last_or(&mut self.picture, scene.panorama.color.path(frame), |path| read_panorama(path, exposure))?
+                last_or(&mut self.picture, scene.panorama.color.path(frame), |path| read_panorama(path, exposure, device))?
             }
         };
         let mut warnings: Vec<String> = picture.warning.clone().into_iter().collect();
@@ -210,8 +216,8 @@ fn last_or<T: Clone>(last: &mut Option<(PathBuf, T)>, path: PathBuf, read: impl 
 }
 
 /// A panorama, its radiance multiplied by `exposure`.
-fn read_panorama(path: &Path, exposure: f32) -> Result<Picture> {
-    let mut picture = read_picture(path)?;
+fn read_panorama(path: &Path, exposure: f32, device: &mut Device) -> Result<Picture> {
+    let mut picture = read_picture(path, device)?;
     check_equirectangular(path, picture.photo.size())?;
     if exposure != 1.0 {
         let exposed = |image: &Arc<RadianceImage>| Arc::new(image.map(|p| p * exposure));
@@ -220,7 +226,7 @@ fn read_panorama(path: &Path, exposure: f32) -> Result<Picture> {
     Ok(picture)
 }
 
-fn read_picture(path: &Path) -> Result<Picture> {
+fn read_picture(path: &Path, device: &mut Device) -> Result<Picture> {
     let picture = io::read_image(path)?;
     let warning = (!picture.report.is_clean()).then(|| {
         let (negative, not_finite) = (picture.report.negative, picture.report.not_finite);
@@ -231,7 +237,7 @@ fn read_picture(path: &Path) -> Result<Picture> {
         None
     } else {
         let mut hdr = photo.as_ref().clone();
-        pano_light::expand::expand(&photo, &mut hdr)?;
+        device.expand(&photo, &mut hdr)?;
         hdr.data_mut().iter_mut().for_each(|p| *p /= LEAST_EXPANSION);
         Some(Arc::new(hdr))
     };
@@ -253,9 +259,9 @@ fn read_depth(scene: &Scene, path: &Path) -> Result<DepthPicture> {
 /// Columns of the panorama that is made up around a camera by itself.
 const SURROUNDINGS_WIDTH: usize = 512;
 
-fn read_camera(scene: &DepthCamera, frame: u32) -> Result<Seen> {
+fn read_camera(scene: &DepthCamera, frame: u32, device: &mut Device) -> Result<Seen> {
     let (color_path, depth_path) = (scene.color.path(frame), scene.depth.path(frame));
-    let Picture { photo, lighting, encoding, warning } = read_picture(&color_path)?;
+    let Picture { photo, lighting, encoding, warning } = read_picture(&color_path, device)?;
     let camera = scene.camera(photo.size());
     let read = io::read_depth(&depth_path, &scene.depth_format, camera.projection)?;
     let (size, depth_size) = (photo.size(), read.size());

@@ -43,15 +43,16 @@ impl<'a> Sequence<'a> {
     /// Renders frame `frame`.
     ///
     /// # Errors
-    /// Faults of the files the scene names, of the options, or [`Error::Cancelled`].
+    /// Faults of the files the scene names, of the options, or [`super::Error::Cancelled`].
     pub fn render(&mut self, frame: u32, progress: &dyn Progress) -> Result<Rendered> {
         let options = RenderOptions { frame, ..self.options.clone() };
         let mut clock = Clock::new();
         progress.begin("load", 1);
-        let inputs = self.loader.load(self.scene, frame)?;
+        let device = &mut self.carried.device;
+        let inputs = self.loader.load_on(device, self.scene, frame)?;
         let objects = prepare_objects(self.scene, &inputs, frame);
         progress.advance(1);
-        clock.stage("load", 0, 0);
+        clock.stage_on(self.carried.device.last(), "load", 0, 0);
         // A method that does not exist is refused before the work.
         resolve_method(self.scene, &inputs, &mut Vec::new())?;
         let built = match self.built.take() {

@@ -287,13 +287,15 @@ mod tests {
 
     #[test]
     fn every_setting_is_a_knob_or_describes_the_scene() {
-        // How depth is read, what real surfaces are made of, which light is looked for, what only sequences have, and the
-        // looks of a lens.
+        // How depth is read, what real surfaces are made of, which light is looked for, what only sequences have, where stages
+        // run, and the looks of a lens.
         let described = ["gap_contrast", "gap_relative", "reflectance_cap", "detector", "gloss", "gloss_roughness", "sparse"];
         let lens = ["bloom", "glare", "lens_threshold", "bloom_radius", "glare_attenuation", "glare_passes", "lens_light"];
         let described = [&described[..], &lens[..]].concat();
         for setting in SETTINGS {
-            let known = described.contains(&setting.key) || KNOBS.iter().any(|k| k.name == setting.key);
+            let known = described.contains(&setting.key)
+                || setting.key.starts_with("gpu_")
+                || KNOBS.iter().any(|k| k.name == setting.key);
             assert!(known, "{} is in no sweep", setting.key);
         }
     }

@@ -20,9 +20,9 @@ pub struct TriangleHit {
 /// A mesh, ready for rays in its own space.
 #[derive(Clone)]
 pub struct Blas {
-    bvh: CwBvh,
+    pub(super) bvh: CwBvh,
     /// In the order of the BVH's leaves.
-    triangles: Vec<RtTriangle>,
+    pub(super) triangles: Vec<RtTriangle>,
     bounds: (Vec3, Vec3),
 }
 

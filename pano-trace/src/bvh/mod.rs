@@ -4,6 +4,8 @@
 //! an object rebuilds the top level only, which holds one box an instance.
 
 mod blas;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod tlas;
 
 pub use blas::{Blas, TriangleHit};

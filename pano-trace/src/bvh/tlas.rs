@@ -15,17 +15,17 @@ pub struct InstanceHit {
 }
 
 #[derive(Clone, Debug)]
-struct Instance {
-    blas: Arc<Blas>,
-    mesh_from_world: Affine3A,
+pub(super) struct Instance {
+    pub(super) blas: Arc<Blas>,
+    pub(super) mesh_from_world: Affine3A,
     /// In the world.
-    bounds: Aabb,
+    pub(super) bounds: Aabb,
 }
 
 /// Instances of meshes, placed in the world.
 #[derive(Clone, Debug)]
 pub struct Tlas {
-    instances: Vec<Instance>,
+    pub(super) instances: Vec<Instance>,
     /// `None` for few instances, whose boxes are looked at one by one.
     bvh: Option<CwBvh>,
 }

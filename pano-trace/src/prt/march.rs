@@ -6,9 +6,9 @@ use super::field::{AXES, DepthField, Face};
 use glam::{Mat3, Vec2, Vec3};
 
 /// Points nearer to the capture point than this have no direction worth the name; metres.
-const NEAREST: f32 = 1e-4;
+pub(super) const NEAREST: f32 = 1e-4;
 /// How far into the next cell a step goes, in cells; some units in the last place of a coordinate up to 4096.
-const NUDGE: f32 = 1e-3;
+pub(super) const NUDGE: f32 = 1e-3;
 
 /// How many cells from a gap a layer's slope is read.
 const CLEAR: f32 = 3.0;

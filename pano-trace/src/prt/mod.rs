@@ -11,6 +11,8 @@
 mod answer;
 mod back_face;
 mod field;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod linear;
 mod march;
 mod perspective;

@@ -2,12 +2,14 @@
 //! missing adapter is a failure. The adapter and the number of tests that ran on it are printed at the end.
 
 mod atrous;
+mod bvh;
 mod composite;
 mod context;
 mod cross_bilateral;
 mod expand;
 mod firefly;
 mod light;
+mod march;
 mod pipeline;
 mod prelude;
 mod resample;
@@ -39,6 +41,8 @@ fn main() {
         resample::TESTS,
         light::TESTS,
         sparse::TESTS,
+        bvh::TESTS,
+        march::TESTS,
         pipeline::TESTS,
     ]
     .concat();

@@ -14,6 +14,7 @@ use pano_tests::rooms::{plane_depth, texel_direction};
 
 pub(crate) const TESTS: &[Test] = &[
     ("pipeline::frames_equal_the_cpu", frames_equal_the_cpu),
+    ("pipeline::an_ldr_panorama_is_expanded", an_ldr_panorama_is_expanded),
     ("pipeline::iprt_equals_the_cpu", iprt_equals_the_cpu),
     ("pipeline::any_interval_of_stages_gives_the_same_picture", any_interval_of_stages_gives_the_same_picture),
     ("pipeline::a_lost_device_costs_one_warning_and_no_pixel", a_lost_device_costs_one_warning_and_no_pixel),
@@ -90,6 +91,18 @@ fn frames_equal_the_cpu(gpu: &Gpu) {
         // No pixel is far off: the filter's own tolerance.
         assert!(farthest < 5e-3, "{method}: {farthest}");
     }
+}
+
+fn an_ldr_panorama_is_expanded(_: &Gpu) {
+    let mut place = Place::new("dpt", (40, 30));
+    let picture = place.folder.path().join("room.png");
+    let panorama = Image::from_fn(64, 32, |x, y| if (x, y) == (20, 5) { Vec3::ONE } else { Vec3::splat(0.3 + 0.01 * y as f32) });
+    io::write_png8(&picture, &panorama, None).unwrap();
+    place.scene.panorama.color = PicturePath::Still(picture);
+    let (got, want) = (place.render(&on_gpu()), place.render(&RenderOptions::default()));
+    let load = |r: &Rendered| r.stats.stages.iter().find(|s| s.name == "load").map(|s| s.backend);
+    assert_eq!((load(&got), load(&want)), (Some("gpu"), Some("cpu")));
+    assert!(rmse(&got, &want) < SAME, "{}", rmse(&got, &want));
 }
 
 /// Three frames, of which each needs the one before it.

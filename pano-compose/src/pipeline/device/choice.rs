@@ -12,8 +12,9 @@ pub enum Backend {
     Gpu,
 }
 
-/// Stages that can run on a GPU, in the order in which a frame passes them.
-pub const GPU_STAGES: [&str; 10] = [
+/// Stages that can run on a GPU, in the order in which a frame passes them. `expand` is a part of what `--stats` calls `load`.
+pub const GPU_STAGES: [&str; 11] = [
+    "expand",
     "view",
     "lights",
     "sparse mask",

@@ -14,10 +14,19 @@ use pano_core::layers::TracedLayers;
 use pano_core::light::RadianceMaps;
 use pano_core::sphere::resample;
 use pano_denoise::{atrous, cross_bilateral, firefly, temporal};
-use pano_light::{WorkingMap, detect, ibl};
+use pano_light::{WorkingMap, detect, expand, ibl};
 use pano_trace::sparse;
 
 impl Device {
+    /// [`expand::expand`], a part of stage `load`.
+    pub(in crate::pipeline) fn expand(&mut self, ldr: &RadianceImage, hdr: &mut RadianceImage) -> Result<()> {
+        #[cfg(feature = "gpu")]
+        if self.attempt("expand", |installed| expand::gpu::expand_picture(&installed.gpu, ldr, hdr))?.is_some() {
+            return Ok(());
+        }
+        Ok(expand::expand(ldr, hdr)?)
+    }
+
     /// [`resample::view_from_panorama`], stage `view`.
     pub(in crate::pipeline) fn view(
         &mut self,

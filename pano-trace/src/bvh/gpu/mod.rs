@@ -1,0 +1,172 @@
+//! Rays through the hierarchy on the GPU.
+//!
+//! Departures from the CPU: the trees are binary ones (`obvhs`' BVH2) instead of eight-wide compressed ones, over the same
+//! triangles in the same precision; the intersection is the same. All meshes lie in one array of nodes and one of triangles, so
+//! that a scene of more than two million triangles, which exceeds a binding, stays on the CPU.
+
+mod flatten;
+
+use super::{InstanceHit, Ray, Tlas, TriangleHit};
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3};
+use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, Kernel, NUMBER, Piece, Shader, Specialization};
+
+/// Nodes that may be left for later along one ray, in each of the two trees: their greatest depth.
+pub const DEPTH: usize = 64;
+
+/// Rays of one submission: some ten milliseconds of a slow GPU.
+const BATCH: usize = 1 << 18;
+
+pano_core::uniform! {
+    /// `Node` of the shader: a box, and what is in it.
+    pub(crate) struct Node {
+        pub(crate) lo: Vec3,
+        pub(crate) first: u32,
+        pub(crate) hi: Vec3,
+        pub(crate) count: u32,
+    }
+}
+
+pano_core::uniform! {
+    /// `Triangle` of the shader.
+    pub(crate) struct Triangle {
+        pub(crate) v0: Vec3,
+        pub(crate) face: u32,
+        pub(crate) e1: Vec3,
+        pub(crate) pad1: u32,
+        pub(crate) e2: Vec3,
+        pub(crate) pad2: u32,
+        pub(crate) ng: Vec3,
+        pub(crate) pad3: u32,
+    }
+}
+
+pano_core::uniform! {
+    /// `Instance` of the shader.
+    pub(crate) struct Instance {
+        pub(crate) x: [f32; 4],
+        pub(crate) y: [f32; 4],
+        pub(crate) z: [f32; 4],
+        pub(crate) root: u32,
+        pub(crate) index: u32,
+        pub(crate) pad1: u32,
+        pub(crate) pad2: u32,
+    }
+}
+
+pano_core::uniform! {
+    /// `Rays` of the shader.
+    pub(crate) struct Rays {
+        count: u32,
+        root: u32,
+    }
+}
+
+/// `Ray` of the shader.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct GpuRay {
+    origin: Vec3,
+    t_max: f32,
+    direction: Vec3,
+    pad: u32,
+}
+
+/// `Hit` of the shader.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct GpuHit {
+    t: f32,
+    barycentric: Vec2,
+    instance: u32,
+    face: u32,
+}
+
+/// No node, and no instance.
+const NOTHING: u32 = u32::MAX;
+
+/// Traversal, for shaders to include; it needs [`NUMBER`].
+pub const TRAVERSAL: Piece =
+    Piece { text: include_str!("traversal.wgsl"), constants: || vec![Constant::u32("DEPTH", DEPTH as u32)] };
+
+/// `rays.wgsl`.
+pub static SHADER: Shader = Shader {
+    name: "rays",
+    pieces: &[NUMBER, TRAVERSAL, Piece::plain(include_str!("rays.wgsl"))],
+    specializations: &[Specialization { entry: "closest", constants: &[] }, Specialization { entry: "any_hit", constants: &[] }],
+};
+
+/// Instances of meshes in the GPU's memory.
+#[derive(Debug)]
+pub struct GpuTlas {
+    nodes: GpuBuffer,
+    triangles: GpuBuffer,
+    instances: GpuBuffer,
+    root: u32,
+}
+
+impl GpuTlas {
+    /// Copies a hierarchy to the GPU, with binary trees.
+    ///
+    /// # Errors
+    /// [`pano_core::gpu::GpuError::TooLarge`] if there are too many triangles, or what has become of the device.
+    pub fn new(gpu: &Gpu, tlas: &Tlas) -> GpuResult<Self> {
+        let mut flat = flatten::flatten(tlas);
+        // Nothing can be bound of nothing; without a root nobody looks at it.
+        if tlas.is_empty() {
+            (flat.nodes, flat.triangles, flat.instances) =
+                (vec![Zeroable::zeroed()], vec![Zeroable::zeroed()], vec![Zeroable::zeroed()]);
+        }
+        Ok(Self {
+            nodes: gpu.upload_slice(&flat.nodes)?,
+            triangles: gpu.upload_slice(&flat.triangles)?,
+            instances: gpu.upload_slice(&flat.instances)?,
+            root: flat.root,
+        })
+    }
+
+    /// [`Tlas::intersect`] of each ray.
+    ///
+    /// # Errors
+    /// What has become of the device.
+    pub fn intersect(&self, gpu: &Gpu, rays: &[Ray]) -> GpuResult<Vec<Option<InstanceHit>>> {
+        let hits: Vec<GpuHit> = self.trace(gpu, "closest", 5, rays)?;
+        let hit = |h: GpuHit| InstanceHit {
+            instance: h.instance,
+            hit: TriangleHit { t: h.t, triangle: h.face, barycentric: h.barycentric },
+        };
+        Ok(hits.into_iter().map(|h| (h.instance != NOTHING).then(|| hit(h))).collect())
+    }
+
+    /// [`Tlas::occluded`] of each ray.
+    ///
+    /// # Errors
+    /// What has become of the device.
+    pub fn occluded(&self, gpu: &Gpu, rays: &[Ray]) -> GpuResult<Vec<bool>> {
+        let found: Vec<u32> = self.trace(gpu, "any_hit", 6, rays)?;
+        Ok(found.into_iter().map(|f| f != 0).collect())
+    }
+
+    /// Runs a kernel over the rays, a batch at a time; what it writes at `binding`.
+    fn trace<T: Pod>(&self, gpu: &Gpu, entry: &'static str, binding: u32, rays: &[Ray]) -> GpuResult<Vec<T>> {
+        let most = usize::try_from(gpu.max_binding() / size_of::<GpuRay>() as u64).unwrap_or(BATCH).clamp(1, BATCH);
+        let mut results = Vec::with_capacity(rays.len());
+        for batch in rays.chunks(most) {
+            // Infinity is no number a shader may count on.
+            let plain = |r: &Ray| GpuRay { origin: r.origin, t_max: r.t_max.min(f32::MAX), direction: r.direction, pad: 0 };
+            let source = gpu.upload_slice(&batch.iter().map(plain).collect::<Vec<_>>())?;
+            let found = gpu.buffer::<T>(batch.len())?;
+            let uniform = Rays { count: batch.len() as u32, root: self.root };
+            let buffers = [(1, &self.nodes), (2, &self.triangles), (3, &self.instances), (4, &source), (binding, &found)];
+            let kernel = Kernel { shader: &SHADER, entry, constants: &[] };
+            gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, [batch.len().div_ceil(64) as u32, 1, 1])?;
+            results.extend(gpu.read_slice::<T>(&found, batch.len())?);
+        }
+        Ok(results)
+    }
+}
+
+/// Structures that Rust fills, with the shader that declares each.
+pub(crate) fn layouts() -> Vec<(&'static Shader, pano_core::gpu::Layout)> {
+    [Node::LAYOUT, Triangle::LAYOUT, Instance::LAYOUT, Rays::LAYOUT].map(|layout| (&SHADER, layout)).to_vec()
+}

@@ -1,0 +1,173 @@
+//! Marching on the GPU: the nearest surface along each ray.
+//!
+//! Departures from the CPU: surfaces only. What is assumed behind them (`back_face.rs`) and the side of a surface that a ray
+//! meets (`slopes.rs`) is found on the host, the latter from the place that the GPU gives. The field's largest part, a
+//! range for each cell of the cube, must fit a binding: panoramas of up to 4096 columns do, larger ones stay on the CPU.
+
+use super::answer::{Answer, FieldHit};
+use super::field::AXES;
+use super::march::{NEAREST, NUDGE};
+use super::{DepthField, field::Range};
+use crate::bvh::Ray;
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat3, Vec2, Vec3};
+use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, Kernel, NUMBER, Piece, Shader, Specialization};
+
+/// Rays of one submission: some ten milliseconds of a slow GPU.
+const BATCH: usize = 1 << 17;
+
+/// Levels above the cells that a shader knows the beginnings of: a face of 2¹⁵ cells.
+const LEVELS: usize = 15;
+
+pano_core::uniform! {
+    /// `March` of the shader.
+    pub(crate) struct March {
+        count: u32,
+        cells: u32,
+        levels: u32,
+        steps: u32,
+        nearest: [[f32; 4]; 2],
+        begins: [[u32; 4]; 4],
+    }
+}
+
+/// `Ray` of the shader.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct GpuRay {
+    origin: Vec3,
+    t_max: f32,
+    direction: Vec3,
+    pad: u32,
+}
+
+/// `Met` of the shader.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Met {
+    at: Vec2,
+    t: f32,
+    face: u32,
+    what: u32,
+    at_gap: u32,
+}
+
+/// `what` of a surface, and of a ray that was given up.
+const SURFACE: u32 = 1;
+const OUT_OF_STEPS: u32 = 2;
+
+/// `march.wgsl`.
+pub static SHADER: Shader = Shader {
+    name: "march",
+    pieces: &[
+        NUMBER,
+        Piece {
+            text: include_str!("march.wgsl"),
+            constants: || vec![Constant::f32("NEAREST", NEAREST), Constant::f32("NUDGE", NUDGE)],
+        },
+    ],
+    specializations: &[Specialization { entry: "march", constants: &[] }],
+};
+
+/// A depth field in the GPU's memory.
+#[derive(Debug)]
+pub struct GpuDepthField<'a> {
+    field: &'a DepthField,
+    uniform: March,
+    inverse: GpuBuffer,
+    gaps: GpuBuffer,
+    base: GpuBuffer,
+    upper: GpuBuffer,
+}
+
+impl<'a> GpuDepthField<'a> {
+    /// Copies a field to the GPU.
+    ///
+    /// # Errors
+    /// [`pano_core::gpu::GpuError::TooLarge`] if it does not fit a binding, or what has become of the device.
+    pub fn new(gpu: &Gpu, field: &'a DepthField) -> GpuResult<Self> {
+        let n = field.n;
+        let levels = &field.faces[0].pyramid;
+        assert!(levels.len() <= LEVELS + 1, "a face of {n} cells has {} levels", levels.len());
+        let mut uniform = March {
+            count: 0,
+            cells: n as u32,
+            levels: levels.len() as u32,
+            steps: field.max_steps,
+            nearest: [[0.0; 4]; 2],
+            begins: [[0; 4]; 4],
+        };
+        for (k, face) in field.faces.iter().enumerate() {
+            uniform.nearest[k / 4][k % 4] = face.nearest().min(f32::MAX);
+        }
+        let mut begin = 0;
+        for (k, level) in levels[1..].iter().enumerate() {
+            uniform.begins[k / 4][k % 4] = begin;
+            begin += level.len() as u32;
+        }
+        uniform.begins[3][3] = begin;
+
+        let inverse: Vec<f32> = field.faces.iter().flat_map(|f| f.inverse.iter().copied()).collect();
+        let bits = |face: &super::field::Face, k: usize| {
+            let (i, j) = (k % (n + 1), k / (n + 1));
+            let cell = i < n && j < n && face.gap[j * n + i];
+            let right = i < n && face.gap_right[j * n + i];
+            let below = j < n && face.gap_below[k];
+            u32::from(cell) | u32::from(right) << 1 | u32::from(below) << 2
+        };
+        let gaps: Vec<u32> = field.faces.iter().flat_map(|f| (0..(n + 1) * (n + 1)).map(move |k| bits(f, k))).collect();
+        let plain = |r: &Range| Vec2::new(r.min, r.max);
+        let base: Vec<Vec2> = field.faces.iter().flat_map(|f| f.pyramid[0].iter().map(plain)).collect();
+        let mut upper: Vec<Vec2> = field.faces.iter().flat_map(|f| f.pyramid[1..].iter().flatten().map(plain)).collect();
+        if upper.is_empty() {
+            // A face of one cell has nothing above it, and nothing cannot be bound.
+            upper.push(Vec2::ZERO);
+        }
+        Ok(Self {
+            field,
+            uniform,
+            inverse: gpu.upload_slice(&inverse)?,
+            gaps: gpu.upload_slice(&gaps)?,
+            base: gpu.upload_slice(&base)?,
+            upper: gpu.upload_slice(&upper)?,
+        })
+    }
+
+    /// [`DepthField::march`] of each ray, without back faces.
+    ///
+    /// # Errors
+    /// What has become of the device.
+    pub fn march(&self, gpu: &Gpu, rays: &[Ray]) -> GpuResult<Vec<Answer>> {
+        let most = usize::try_from(gpu.max_binding() / size_of::<GpuRay>() as u64).unwrap_or(BATCH).clamp(1, BATCH);
+        let mut answers = Vec::with_capacity(rays.len());
+        for batch in rays.chunks(most) {
+            // Infinity is no number a shader may count on.
+            let plain = |r: &Ray| GpuRay { origin: r.origin, t_max: r.t_max.min(f32::MAX), direction: r.direction, pad: 0 };
+            let source = gpu.upload_slice(&batch.iter().map(plain).collect::<Vec<_>>())?;
+            let met = gpu.buffer::<Met>(batch.len())?;
+            let uniform = March { count: batch.len() as u32, ..self.uniform };
+            let buffers = [(1, &self.inverse), (2, &self.gaps), (3, &self.base), (4, &self.upper), (5, &source), (6, &met)];
+            let kernel = Kernel { shader: &SHADER, entry: "march", constants: &[] };
+            gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, [batch.len().div_ceil(64) as u32, 1, 1])?;
+            let met: Vec<Met> = gpu.read_slice(&met, batch.len())?;
+            answers.extend(met.iter().zip(batch).map(|(met, ray)| self.answer(met, ray)));
+        }
+        Ok(answers)
+    }
+
+    /// With the side of the surface, which follows from the place.
+    fn answer(&self, met: &Met, ray: &Ray) -> Answer {
+        if met.what == OUT_OF_STEPS {
+            return Answer::OutOfSteps;
+        }
+        if met.what != SURFACE {
+            return Answer::Left;
+        }
+        let [forward, right, down] = AXES[met.face as usize];
+        let axes = Mat3::from_cols(right, down, forward);
+        let side = self.field.faces[met.face as usize].side(self.field.n, met.at, axes.transpose() * ray.direction);
+        // A surface through the capture point has no side.
+        let Some((normal, back)) = side else { return Answer::Left };
+        Answer::Surface(FieldHit { t: met.t, normal: axes * normal, back, at_gap: met.at_gap != 0, hidden_side: None })
+    }
+}
