@@ -167,4 +167,4 @@ fn middle_of(directions: &[Vec3; 4]) -> Vec3 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

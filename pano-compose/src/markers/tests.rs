@@ -5,7 +5,7 @@ use glam::{DQuat, Mat3};
 use kornia_apriltag::family::TagFamily;
 
 /// A printed marker of side `size` at `world_from_marker`, with a white rim of one module.
-struct Print {
+pub(crate) struct Print {
     family: TagFamily,
     id: usize,
     size: f32,
@@ -13,7 +13,7 @@ struct Print {
 }
 
 impl Print {
-    fn new(id: usize, size: f32, world_from_marker: Affine3A) -> Self {
+    pub(crate) fn new(id: usize, size: f32, world_from_marker: Affine3A) -> Self {
         Self { family: TagFamily::tag36_h11().unwrap(), id, size, marker_from_world: world_from_marker.inverse() }
     }
 
@@ -43,7 +43,7 @@ impl Print {
 }
 
 /// A picture of prints before a gray, uneven background, box-filtered.
-fn photograph(camera: &Camera, prints: &[Print]) -> RadianceImage {
+pub(crate) fn photograph(camera: &Camera, prints: &[Print]) -> RadianceImage {
     const GRID: usize = 4;
     RadianceImage::par_from_fn(camera.width, camera.height, |x, y| {
         let mut sum = 0.0;
@@ -68,7 +68,7 @@ fn place(longitude: f32, latitude: f32, distance: f32, tilt: f32, turn: f32) -> 
     Affine3A::from_rotation_translation(rotation, to * distance)
 }
 
-fn panorama(width: usize) -> Camera {
+pub(crate) fn panorama(width: usize) -> Camera {
     Camera { position: Vec3::ZERO, world_from_camera: Quat::IDENTITY, projection: Projection::Panorama, width, height: width / 2 }
 }
 
