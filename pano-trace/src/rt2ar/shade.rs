@@ -297,8 +297,9 @@ impl<W: RealWorld> Shader<'_, W> {
                 *lit = self.lit(i, &toward, &point, &path.media, (real, turns.of(i)), trail);
             }
         }
-        let mut change = Change { without: self.ambient(hit.normal) * PI, irradiance: Vec3::ZERO, mirrored: Vec3::ZERO };
+        let mut change = Change { without: Vec3::ZERO, irradiance: Vec3::ZERO, mirrored: Vec3::ZERO };
         if real == Real::Always || lits.iter().any(|lit| *lit != Lit::FULLY) {
+            change.without = self.ambient(hit.normal) * PI;
             let facing = |d: Vec3| Vec3::splat(d.dot(hit.normal).max(0.0));
             for (i, (source, lit)) in self.lights.iter().zip(lits).enumerate() {
                 let toward = source.seen_from(origin);
