@@ -17,6 +17,9 @@ use rayon::prelude::*;
 /// sixteenth of them no shadow is seen.
 pub(super) const MAX_LIGHTS: usize = 16;
 
+/// Points of a light for which a glossy surface is asked how it responds: a highlight is as round as it gets.
+const RESPONSES: u32 = 12;
+
 /// A frame, with its shadows.
 #[derive(Clone, Debug)]
 pub struct Rendered {
@@ -49,7 +52,9 @@ pub fn render<W: RealWorld>(
     // The tracer is asked for first hits only.
     let trace = TraceParams { samples: params.samples, ..TraceParams::default() };
     let pattern = Pattern::new(samples, params.probes.clamp(PROBES[0], PROBES[1]));
-    let shader = Shader { tracer: Tracer { objects: frame.objects, world, params: &trace }, lighting, lights, pattern, params };
+    let response = Pattern::new(samples.min(RESPONSES), PROBES[0]);
+    let tracer = Tracer { objects: frame.objects, world, params: &trace };
+    let shader = Shader { tracer, lighting, lights, pattern, response, params };
     let mut traced = pixels(camera, progress, |at| shader.pixel(frame, at, false))?;
     let mut doubted = 0;
     if params.shadows && params.shadow == Shadow::Adaptive && params.spread {
