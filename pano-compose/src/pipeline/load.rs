@@ -10,7 +10,7 @@ use pano_core::{
     io::{self, SourceEncoding},
     material::Material,
     mesh::read_mesh,
-    scene::{DepthCamera, Method, ProxyShape, Scene, ViewKind},
+    scene::{DepthCamera, Method, Object, ProxyShape, Scene, ViewKind},
     sphere,
 };
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
@@ -34,6 +34,8 @@ pub struct Inputs {
     pub meshes: Vec<Arc<PreparedMesh>>,
     /// The proxies' meshes, in the scene's order; `None` for planes.
     pub proxy_meshes: Vec<Option<Arc<PreparedMesh>>>,
+    /// Where the scene's markers lie in the world, by their ids.
+    pub markers: Vec<(u32, Affine3A)>,
     /// What had to be mended.
     pub warnings: Vec<String>,
 }
@@ -189,7 +191,9 @@ impl Loader {
             .collect::<Result<_>>()?;
         let Picture { photo, lighting, encoding, .. } = picture;
         let camera = seen.map(|seen| seen.inputs);
-        Ok(Inputs { photo, lighting, encoding, depth, camera, meshes, proxy_meshes, warnings })
+        let mut inputs = Inputs { photo, lighting, encoding, depth, camera, meshes, proxy_meshes, markers: Vec::new(), warnings };
+        inputs.markers = find_markers(scene, &mut inputs)?;
+        Ok(inputs)
     }
 
     /// The mesh of a file, read and given its hierarchy once.
@@ -320,11 +324,63 @@ pub fn prepare_objects(scene: &Scene, inputs: &Inputs, frame: u32) -> Objects {
         .zip(&inputs.meshes)
         .map(|(object, mesh)| Placement {
             mesh: mesh.clone(),
-            world_from_mesh: object.placement_at(time).world_from_local(),
+            world_from_mesh: base_of(object, inputs) * object.placement_at(time).world_from_local(),
             material: object.material.clone(),
         })
         .collect();
     Objects::new(&placements)
+}
+
+/// What an object's placement is relative to.
+fn base_of(object: &Object, inputs: &Inputs) -> Affine3A {
+    let found = |id: u32| inputs.markers.iter().find(|(known, _)| *known == id).map(|(_, place)| *place);
+    object.marker.and_then(found).unwrap_or(Affine3A::IDENTITY)
+}
+
+/// Looks for the scene's markers, in the depth camera's picture or else in the panorama, and tells how well they were found.
+#[cfg(feature = "markers")]
+fn find_markers(scene: &Scene, inputs: &mut Inputs) -> Result<Vec<(u32, Affine3A)>> {
+    let (picture, camera, path) = match (&inputs.camera, &scene.camera) {
+        (Some(seen), Some(camera)) => (&seen.photo, seen.camera, camera.color.path(0)),
+        _ => {
+            let (width, height) = inputs.photo.size();
+            let panorama = Camera {
+                position: scene.panorama.position,
+                world_from_camera: scene.panorama.world_from_pano(),
+                projection: Projection::Panorama,
+                width,
+                height,
+            };
+            (&inputs.photo, panorama, scene.panorama.color.path(0))
+        }
+    };
+    let found = crate::markers::find(picture, &camera, &scene.markers)?;
+    let mut places = Vec::new();
+    for marker in &scene.markers {
+        let Some(found) = found.iter().find(|found| found.id == marker.id) else {
+            let problem = format!("marker {} ({}) is not in the picture", marker.id, marker.family);
+            let remedy = "check its family and id; it must be flat, whole and at least some 20 pixels wide, with a white rim";
+            return Err(pano_core::Error::file(&path, problem, remedy).into());
+        };
+        inputs.warnings.push(format!(
+            "marker {} is {:.3} m away, found to {:.3}° in the picture{}",
+            marker.id,
+            found.distance,
+            found.error_degrees,
+            if found.ambiguous { "; it is too small or seen too flat to tell its tilt for sure" } else { "" }
+        ));
+        places.push((marker.id, found.world_from_marker));
+    }
+    Ok(places)
+}
+
+/// Without the feature `markers` there is nothing to look with.
+#[cfg(not(feature = "markers"))]
+fn find_markers(scene: &Scene, _inputs: &mut Inputs) -> Result<Vec<(u32, Affine3A)>> {
+    if scene.markers.is_empty() {
+        return Ok(Vec::new());
+    }
+    Err(Error::unsupported("this build cannot look for markers", "build it with `--features markers`, or leave [[marker]] out"))
 }
 
 /// The ground under the capture point, where the depth map has nothing.

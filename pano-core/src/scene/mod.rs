@@ -65,6 +65,8 @@ pub struct Scene {
     pub camera: Option<DepthCamera>,
     /// `[[proxy]]`: known real geometry.
     pub proxies: Vec<Proxy>,
+    /// `[[marker]]`: printed markers that objects stand on.
+    pub markers: Vec<Marker>,
     /// `[[object]]`: virtual objects.
     pub objects: Vec<Object>,
     /// `[view]`; left out: the whole panorama.
@@ -165,6 +167,30 @@ pub struct Proxy {
     pub albedo: Option<Vec3>,
 }
 
+/// `[[marker]]`: a printed marker that is to be found in the picture: the depth camera's, or else the panorama.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Marker {
+    /// One of [`MARKER_FAMILIES`]. Default `tag36h11`.
+    pub family: &'static str,
+    /// Its number in the family; no two markers of a scene have the same.
+    pub id: u32,
+    /// Side of the black square in metres, positive.
+    pub size: f32,
+}
+
+/// Families of AprilTags.
+pub const MARKER_FAMILIES: [&str; 9] = [
+    "tag36h11",
+    "tag16h5",
+    "tag25h9",
+    "tag36h10",
+    "tagcircle21h7",
+    "tagcircle49h12",
+    "tagcustom48h12",
+    "tagstandard41h12",
+    "tagstandard52h13",
+];
+
 /// The form of a proxy.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ProxyShape {
@@ -182,6 +208,9 @@ pub enum ProxyShape {
 pub struct Object {
     /// Its mesh file: PLY, OBJ, glTF or GLB.
     pub mesh: PathBuf,
+    /// The [`Marker::id`] of the marker that its placement and keyframes are relative to: its origin is the marker's middle, +Y
+    /// points out of the paper, −Z to the print's top. `None`: relative to the world.
+    pub marker: Option<u32>,
     /// Where it is, unless keyframes say otherwise.
     pub placement: Placement,
     /// Replaces the mesh file's own materials. Keys left out take [`Material::default`]: base colour 0.8, metallic 0,

@@ -1,8 +1,8 @@
 //! From spanned TOML to a [`Scene`], table by table.
 
 use super::{
-    DepthCamera, FramePattern, Intrinsics, Keyframe, Method, Object, Panorama, PicturePath, Placement, Proxy, ProxyShape, Render,
-    Rotation, Scene, View, ViewKind,
+    DepthCamera, FramePattern, Intrinsics, Keyframe, MARKER_FAMILIES, Marker, Method, Object, Panorama, PicturePath, Placement,
+    Proxy, ProxyShape, Render, Rotation, Scene, View, ViewKind,
     paths::number_format,
     reader::{Source, Table, Value},
 };
@@ -19,7 +19,7 @@ use toml::de::DeTable;
 
 /// Every table of the format and its keys; the document itself has the name "".
 pub(super) const KEYS: &[(&str, &[&str])] = &[
-    ("", &["panorama", "camera", "proxy", "object", "view", "render"]),
+    ("", &["panorama", "camera", "marker", "proxy", "object", "view", "render"]),
     ("panorama", &["color", "frames", "depth", "depth_format", "position", "heading", "convention", "camera_height", "fps"]),
     (
         "camera",
@@ -43,7 +43,8 @@ pub(super) const KEYS: &[(&str, &[&str])] = &[
     ("depth_format", &["kind", "scale", "invalid"]),
     ("proxy", &["plane", "mesh", "position", "yaw", "rotation", "scale", "albedo"]),
     ("plane", &["size"]),
-    ("object", &["mesh", "position", "yaw", "rotation", "scale", "material", "keyframes"]),
+    ("marker", &["family", "id", "size"]),
+    ("object", &["mesh", "marker", "position", "yaw", "rotation", "scale", "material", "keyframes"]),
     ("keyframes", &["time", "position", "yaw", "rotation", "scale"]),
     (
         "material",
@@ -92,10 +93,12 @@ pub(super) fn scene(text: &str, path: &Path) -> Result<Scene> {
     };
     let camera = camera.map(|c| depth_camera(&c, folder, &panorama, root.get("panorama").is_none())).transpose()?;
     let tables = |key: &'static str, example| root.get(key).map_or(Ok(vec![]), |v| v.tables(key, example));
+    let markers = markers(&tables("marker", "[[marker]]")?)?;
     Ok(Scene {
         path: path.to_owned(),
         proxies: tables("proxy", "[[proxy]]")?.iter().map(|t| proxy(t, folder)).collect::<Result<_>>()?,
-        objects: tables("object", "[[object]]")?.iter().map(|t| object(t, folder)).collect::<Result<_>>()?,
+        objects: tables("object", "[[object]]")?.iter().map(|t| object(t, folder, &markers)).collect::<Result<_>>()?,
+        markers,
         view: match root.get("view") {
             Some(value) => view(&value.table("view", "[view]")?, camera.is_some())?,
             None if camera.is_some() => View { kind: ViewKind::Camera, ..View::default() },
@@ -261,12 +264,37 @@ fn proxy(table: &Table<'_>, folder: &Path) -> Result<Proxy> {
     Ok(Proxy { shape, placement: placement(table, Placement::default())?, albedo })
 }
 
-fn object(table: &Table<'_>, folder: &Path) -> Result<Object> {
+fn markers(tables: &[Table<'_>]) -> Result<Vec<Marker>> {
+    let families = MARKER_FAMILIES.map(|name| (name, name));
+    let mut markers: Vec<Marker> = vec![];
+    for table in tables {
+        let value = table.require("id", "add `id = 0`, the number of the printed marker")?;
+        let id = value.integer(0..=65535)?;
+        if markers.iter().any(|marker| marker.id == id) {
+            return Err(value.error(format!("two markers have the id {id}"), "give each marker its own"));
+        }
+        let size = table.require("size", "add `size = 0.1`, the side of the black square in metres")?;
+        markers.push(Marker {
+            family: table.get("family").map_or(Ok(MARKER_FAMILIES[0]), |v| v.choice(&families))?,
+            id,
+            size: size.number(|s| s > 0.0 && s <= 1000.0, "of metres above 0, at most 1000")?,
+        });
+    }
+    Ok(markers)
+}
+
+fn object(table: &Table<'_>, folder: &Path, markers: &[Marker]) -> Result<Object> {
     let mesh = file(&table.require("mesh", "add `mesh = \"bunny.ply\"`")?, folder)?;
     let placement = placement(table, Placement::default())?;
     let material = table.get("material").map(|v| material(&v)).transpose()?;
     let keyframes = table.get("keyframes").map_or(Ok(vec![]), |v| keyframes(&v, placement))?;
-    Ok(Object { mesh, placement, material, keyframes })
+    let marker = table.get("marker").map(|v| Ok((v.integer(0..=65535)?, v))).transpose()?;
+    if let Some((id, value)) = marker.as_ref().filter(|(id, _)| !markers.iter().any(|marker| marker.id == *id)) {
+        let remedy = format!("add a [[marker]] with `id = {id}` and its `size`");
+        return Err(value.error(format!("there is no marker {id}"), remedy));
+    }
+    let marker = marker.map(|(id, _)| id);
+    Ok(Object { mesh, marker, placement, material, keyframes })
 }
 
 fn keyframes(value: &Value<'_>, rest: Placement) -> Result<Vec<Keyframe>> {

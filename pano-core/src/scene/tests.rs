@@ -130,6 +130,15 @@ fn a_depth_camera_stands_beside_a_panorama_or_alone() {
 }
 
 #[test]
+fn objects_stand_on_markers() {
+    let text = "panorama.color = 'a'\n[[marker]]\nid = 3\nsize = 0.12\n[[marker]]\nfamily = 'tag25h9'\nid = 4\nsize = 0.2\n\
+        [[object]]\nmesh = 'm'\nmarker = 4\nposition = [0, 0.1, 0]\n[[object]]\nmesh = 'm'";
+    let scene = parse(text);
+    assert_eq!(scene.markers[0], Marker { family: "tag36h11", id: 3, size: 0.12 });
+    assert_eq!((scene.markers[1].family, scene.objects[0].marker, scene.objects[1].marker), ("tag25h9", Some(4), None));
+}
+
+#[test]
 fn the_least_scene_takes_the_defaults() {
     let scene = parse("panorama.color = 'a.png'");
     assert_eq!(
@@ -226,6 +235,12 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("depth_format = { kind = 'w' }", "'w'", "unknown kind", "ray, z, disparity"),
     ("[view]\nkind = 'fisheye'", "'fisheye'", "unknown kind", "panorama, perspective, camera"),
     ("[view]\nkind = 'camera'", "'camera'", "no [camera]", "[camera]"),
+    ("[[marker]]\nsize = 1", "[[marker]]", "[[marker]] has no `id`", "number"),
+    ("[[marker]]\nid = 1", "[[marker]]", "[[marker]] has no `size`", "black square"),
+    ("[[marker]]\nid = 1\nsize = 0", "0", "`size` cannot be 0", "metres"),
+    ("[[marker]]\nid = 1\nsize = 1\nfamily = 'tag36h1'", "'tag36h1'", "unknown family", "tag36h1"),
+    ("[[marker]]\nid = 11\nsize = 1\n[[marker]]\nid = 11\nsize = 2", "11", "two markers have the id 11", "its own"),
+    ("[[object]]\nmesh = 'm'\nmarker = 7", "7", "there is no marker 7", "`id = 7`"),
     ("[camera]\ndepth = 'd'", "[camera]", "[camera] has no `color`", "color"),
     ("[camera]\ncolor = 'c'", "[camera]", "[camera] has no `depth`", "depth"),
     ("[camera]\ncolor = 'c'\ndepth = 'd'\ncx = 3", "3", "`cx` needs `fx`", "focal length"),

@@ -17,6 +17,9 @@ use rayon::prelude::*;
 /// sixteenth of them no shadow is seen.
 pub(super) const MAX_LIGHTS: usize = 16;
 
+/// Points of a light for which a glossy surface is asked how it responds: a highlight is as round as it gets.
+const RESPONSES: u32 = 12;
+
 /// A frame, with its shadows.
 #[derive(Clone, Debug)]
 pub struct Rendered {
@@ -49,7 +52,9 @@ pub fn render<W: RealWorld>(
     // The tracer is asked for first hits only.
     let trace = TraceParams { samples: params.samples, ..TraceParams::default() };
     let pattern = Pattern::new(samples, params.probes.clamp(PROBES[0], PROBES[1]));
-    let shader = Shader { tracer: Tracer { objects: frame.objects, world, params: &trace }, lighting, lights, pattern, params };
+    let response = Pattern::new(samples.min(RESPONSES), PROBES[0]);
+    let tracer = Tracer { objects: frame.objects, world, params: &trace };
+    let shader = Shader { tracer, lighting, lights, pattern, response, params };
     let mut traced = pixels(camera, progress, |at| shader.pixel(frame, at, false))?;
     let mut doubted = 0;
     if params.shadows && params.shadow == Shadow::Adaptive && params.spread {
@@ -119,15 +124,20 @@ impl<W: RealWorld> Shader<'_, W> {
         let look = self.tracer.may_see_objects(frame.camera, corner);
         let photo = self.params.photo.get(at.x as usize, at.y as usize);
         let (mut object, mut delta, mut covered) = (Vec3::ZERO, Vec3::ZERO, 0u32);
+        let (guides, center) = self.guides(frame, corner + 0.5, look);
+        // Where nothing can change, one more look, somewhere else in the pixel, makes sure.
+        let quiet = !look && !self.may_change(&center);
         let mut shaded = Shaded {
-            pixel: self.guides(frame, corner + 0.5, look),
+            pixel: guides,
             shadows: [0.0; MAX_LIGHTS],
             verdicts: Verdicts::default(),
             rays: 0,
             shadow_rays: 0,
             discarded: 0,
         };
+        let mut taken = 0;
         for index in 0..self.params.samples {
+            taken += 1;
             let mut trail = Trail {
                 walk: Walk { sampler: Sampler::new(at, index, frame.stream), rays: 0 },
                 shadow_rays: 0,
@@ -165,8 +175,11 @@ impl<W: RealWorld> Shader<'_, W> {
             } else {
                 shaded.discarded += 1;
             }
+            if quiet && index == 0 && value == Vec3::ZERO {
+                break;
+            }
         }
-        let share = 1.0 / self.params.samples as f32;
+        let share = 1.0 / taken.max(1) as f32;
         shaded.pixel.object = object * share;
         shaded.pixel.delta = delta * share;
         shaded.pixel.coverage = covered as f32 * share;
@@ -174,8 +187,8 @@ impl<W: RealWorld> Shader<'_, W> {
         shaded
     }
 
-    /// What filters are guided by, at the pixel's centre.
-    fn guides(&self, frame: &Frame<'_>, center: Vec2, look: bool) -> Pixel {
+    /// What filters are guided by, and what is there, at the pixel's centre.
+    fn guides(&self, frame: &Frame<'_>, center: Vec2, look: bool) -> (Pixel, First) {
         let ray = Ray::new(frame.camera.position, frame.camera.direction(center));
         let mut trail = Trail {
             walk: Walk { sampler: Sampler::new(UVec2::ZERO, 0, frame.stream), rays: 0 },
@@ -185,6 +198,6 @@ impl<W: RealWorld> Shader<'_, W> {
             reached: [0.0; MAX_LIGHTS],
         };
         let met = self.meet(&ray, Path::primary().media, look, &mut trail);
-        self.tracer.guides_of(&met.first, &ray)
+        (self.tracer.guides_of(&met.first, &ray), met.first)
     }
 }

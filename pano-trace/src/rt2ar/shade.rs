@@ -28,6 +28,8 @@ pub(super) struct Shader<'a, W> {
     pub(super) lighting: &'a Lighting,
     pub(super) lights: &'a [SphericalLight],
     pub(super) pattern: Pattern,
+    /// The points of a light for which surfaces are asked how they respond; no rays go there.
+    pub(super) response: Pattern,
     pub(super) params: &'a Params<'a>,
 }
 
@@ -135,9 +137,9 @@ impl<W: RealWorld> Shader<'_, W> {
     }
 
     /// Radiance that arrives along a secondary ray.
-    fn follow(&self, ray: &Ray, path: Path, free: impl Fn(Vec3) -> Vec3, trail: &mut Trail) -> Vec3 {
+    fn follow(&self, ray: &Ray, path: Path, roughness: f32, trail: &mut Trail) -> Vec3 {
         if path.depth > self.params.depth || path.weight < LEAST_WEIGHT {
-            return free(ray.direction);
+            return self.environment(ray.direction, roughness);
         }
         let met = self.meet(ray, path.media, true, trail);
         let path = Path { media: met.media, weight: path.weight * met.left.max_element(), ..path };
@@ -145,8 +147,18 @@ impl<W: RealWorld> Shader<'_, W> {
             * match met.first {
                 First::Object(hit) => self.object(ray, &hit, path, trail),
                 First::Real(hit) => self.real(ray, &hit, path, trail),
-                First::Infinity => free(ray.direction),
+                First::Infinity if roughness == 0.0 => self.tracer.world.infinity(ray.direction),
+                First::Infinity => self.environment(ray.direction, roughness),
             }
+    }
+
+    /// What the panorama shows in a direction, whatever stands there. Perfect mirrors see it lights and all; rougher lobes get
+    /// the lights apart.
+    fn environment(&self, direction: Vec3, roughness: f32) -> Vec3 {
+        match roughness {
+            0.0 => self.tracer.world.environment().look(direction),
+            roughness => self.lighting.maps.specular(self.lighting.pano_from_world * direction, roughness),
+        }
     }
 
     /// Radiance that the object at `hit` sends back along `ray`.
@@ -175,7 +187,11 @@ impl<W: RealWorld> Shader<'_, W> {
         let turns = Turns::new(trail);
         for (i, source) in self.lights.iter().enumerate() {
             let toward = source.seen_from(surface.position);
-            let unshadowed = self.unshadowed(&toward, facing, |d| surface.bsdf.eval(d).f_cos);
+            let unshadowed = if lobes.specular == Vec3::ZERO && surface.body.is_none() {
+                lobes.diffuse * FRAC_1_PI * self.irradiance(&toward, surface.bsdf.normal())
+            } else {
+                self.unshadowed(&toward, facing, |d| surface.bsdf.eval(d).f_cos)
+            };
             if unshadowed != Vec3::ZERO {
                 light += unshadowed * self.lit(i, &toward, &point, &path.media, (Real::Blocks, turns.of(i)), trail).reaches;
             }
@@ -189,10 +205,19 @@ impl<W: RealWorld> Shader<'_, W> {
             return Vec3::ZERO;
         }
         let across = toward.axis.any_orthonormal_pair();
-        let n = self.pattern.len();
-        let sum: Vec3 = (0..n).map(|i| f_cos(self.pattern.direction(i, toward, across, Vec2::X))).sum();
+        let n = self.response.len();
+        let sum: Vec3 = (0..n).map(|i| f_cos(self.response.direction(i, toward, across, Vec2::X))).sum();
         // Irradiance is that of a surface which faces the light: radiance × solid angle × the mean cosine of the cap.
         sum * toward.irradiance * (2.0 / (n as f32 * (1.0 + toward.cos)))
+    }
+
+    /// Irradiance of a light that nothing blocks: exact as long as all of it is above the horizon.
+    fn irradiance(&self, toward: &Toward, normal: Vec3) -> Vec3 {
+        let cos = toward.axis.dot(normal);
+        if cos >= toward.sin && toward.cos > 0.0 {
+            return toward.irradiance * cos;
+        }
+        self.unshadowed(toward, normal, |d| Vec3::splat(d.dot(normal).max(0.0)))
     }
 
     /// Mean radiance by normal, from everything but the lights.
@@ -209,19 +234,14 @@ impl<W: RealWorld> Shader<'_, W> {
 
     /// Mean radiance in the lobe about `axis`. One ray looks for what is there.
     fn reflection(&self, axis: Vec3, surface: &Surface<'_>, roughness: f32, weight: Vec3, path: Path, trail: &mut Trail) -> Vec3 {
-        let free = |d: Vec3| match roughness {
-            // A perfect mirror shows the panorama, lights and all; rougher lobes get the lights apart.
-            0.0 => self.tracer.world.infinity(d),
-            roughness => self.lighting.maps.specular(self.lighting.pano_from_world * d, roughness),
-        };
         let direction = if roughness > 0.0 { lobe_direction(axis, roughness, trail.walk.sampler.next_2d()) } else { axis };
         let ray = Ray::new(offset_point(surface.position, surface.bsdf.offset_normal(direction)), direction);
         let onward = path.onward(path.media, weight);
         if roughness >= BLURRED {
             // The convolved map holds the real surfaces as well, and without noise.
-            return self.follow_objects(&ray, onward, free(axis), trail);
+            return self.follow_objects(&ray, onward, self.environment(axis, roughness), trail);
         }
-        self.follow(&ray, onward, free, trail)
+        self.follow(&ray, onward, roughness, trail)
     }
 
     /// As [`Self::follow`], with `behind` in place of everything real.
@@ -247,7 +267,6 @@ impl<W: RealWorld> Shader<'_, W> {
         let rough = body.alpha > 0.0 && !body.thin;
         let facet = if rough { facet(normal, out, body.alpha, trail.walk.sampler.next_2d()) } else { normal };
         let reflected = reflectance(body, out.dot(facet).max(0.0), eta);
-        let free = |d: Vec3| self.tracer.world.infinity(d);
         let geometric = surface.bsdf.offset_normal(out);
         let mut send = |direction: Vec3, media: Media, weight: Vec3, above: bool| {
             // A facet may send light to the wrong side: it is lost (single scattering).
@@ -256,7 +275,7 @@ impl<W: RealWorld> Shader<'_, W> {
             }
             let seen = if rough { visible(normal, out, direction, body.alpha) } else { 1.0 };
             let ray = Ray::new(offset_point(surface.position, surface.bsdf.offset_normal(direction)), direction);
-            weight * seen * self.follow(&ray, path.onward(media, weight), free, trail)
+            weight * seen * self.follow(&ray, path.onward(media, weight), 0.0, trail)
         };
         let mirror = mirrored(ray.direction, facet);
         let mirror = if rough || mirror.dot(geometric) > 0.0 { mirror } else { mirrored(ray.direction, geometric) };
@@ -297,12 +316,12 @@ impl<W: RealWorld> Shader<'_, W> {
                 *lit = self.lit(i, &toward, &point, &path.media, (real, turns.of(i)), trail);
             }
         }
-        let mut change = Change { without: self.ambient(hit.normal) * PI, irradiance: Vec3::ZERO, mirrored: Vec3::ZERO };
+        let mut change = Change { without: Vec3::ZERO, irradiance: Vec3::ZERO, mirrored: Vec3::ZERO };
         if real == Real::Always || lits.iter().any(|lit| *lit != Lit::FULLY) {
-            let facing = |d: Vec3| Vec3::splat(d.dot(hit.normal).max(0.0));
+            change.without = self.ambient(hit.normal) * PI;
             for (i, (source, lit)) in self.lights.iter().zip(lits).enumerate() {
                 let toward = source.seen_from(origin);
-                let irradiance = self.unshadowed(&toward, hit.normal, facing);
+                let irradiance = self.irradiance(&toward, hit.normal);
                 // Something is blocked: now it counts how much of the other lights arrives at all.
                 let unasked = real == Real::IfObjectsDo && lit == Lit::FULLY && irradiance != Vec3::ZERO;
                 let open = if unasked { self.open(&toward, &point, turns.of(i), trail) } else { lit.open };

@@ -1,11 +1,12 @@
 //! What of a light reaches a point: hard, soft and adaptive soft shadows (section IV.E), through clear bodies, too.
 
-use super::lights::Toward;
+use super::lights::{SphericalLight, Toward};
 use super::media::{Media, reflectance};
 use super::shade::{MAX_CROSSED, Shader, Trail, just_beyond};
 use super::{MAX_SHADOW_SAMPLES, Params, Shadow};
 use crate::bvh::Ray;
 use crate::objects::Ball;
+use crate::tracer::First;
 use crate::world::RealWorld;
 use glam::{Vec2, Vec3};
 
@@ -218,6 +219,21 @@ impl<W: RealWorld> Shader<'_, W> {
             (passed, beyond) = (hit.hit.t, just_beyond(hit.hit.t));
         }
         Vec3::ZERO
+    }
+
+    /// Whether objects can change what is there at all.
+    pub(super) fn may_change(&self, first: &First) -> bool {
+        match first {
+            First::Infinity => false,
+            First::Object(_) => true,
+            First::Real(hit) => {
+                let lit = |light: &SphericalLight| {
+                    let toward = light.seen_from(hit.position);
+                    !toward.below(hit.normal) && self.objects_may_block(&toward, hit.position)
+                };
+                self.params.gloss > 0.0 || (self.params.shadows && self.lights.iter().any(lit))
+            }
+        }
     }
 
     /// Whether the bounds of any object reach into the cone between `x` and the light: exact, up to rounding, where it says

@@ -219,3 +219,48 @@ fn lens_effects_run_only_if_asked_for() {
     let at = (0..64 * 32).find(|&i| off.layers.coverage.data()[i] == 1.0).unwrap();
     assert!(brighter(at % 64, at / 64 - 3) > 1e-3 && brighter(5, 2) == 0.0);
 }
+
+const ON_MARKER: &str =
+    "[[marker]]\nid = 9\nsize = 0.4\n[[object]]\nmesh = 'thing.ply'\nmarker = 9\nscale = 0.5\nmaterial = { specular = 0 }\n";
+
+/// An object on a marker stands where the marker lies, in whatever place and direction the panorama was captured.
+#[cfg(feature = "markers")]
+#[test]
+fn objects_stand_on_their_markers() {
+    use crate::markers::tests::{Print, panorama, photograph};
+    use glam::{Affine3A, Quat};
+    let place = Place::new();
+    // Lying on the ground, to the right and ahead of the capture point.
+    let lying = Affine3A::from_rotation_translation(Quat::from_rotation_y(0.5), Vec3::new(0.6, -0.9, -0.8));
+    place.exr("room.exr", &photograph(&panorama(1024), &[Print::new(9, 0.4, lying)]));
+    let text = format!(
+        "[panorama]\ncolor = 'room.exr'\nposition = [5, 1, 2]\nheading = 90\n{ON_MARKER}[render]\nmethod = 'ibl'\nsamples = 1"
+    );
+    let scene = scene(&place, &text);
+    let rendered = run(&scene);
+    assert!(
+        rendered.stats.warnings.iter().any(|w| w.contains("marker 9 is 1.3") && w.contains('°')),
+        "{:?}",
+        rendered.stats.warnings
+    );
+    let inputs = Loader::default().load(&scene, 0).unwrap();
+    let found = inputs.markers[0].1;
+    // Turned by 90° to the right, what was ahead lies to the right.
+    let expected = Vec3::new(5.8, 0.1, 2.6);
+    assert!(Vec3::from(found.translation).distance(expected) < 0.015, "{} {expected}", found.translation);
+    assert!(found.transform_vector3(Vec3::Y).dot(Vec3::Y) > 0.9995);
+    let ball = prepare_objects(&scene, &inputs, 0).balls()[0];
+    assert!(ball.center.distance(expected + Vec3::Y * 0.15) < 0.05, "{} stands on {expected}", ball.center);
+
+    let missing = Scene::parse(&text.replace("= 9", "= 8"), place.path("scene.toml")).unwrap();
+    fails(&missing, &RenderOptions::default(), &["room.exr", "marker 8 (tag36h11) is not in the picture", "20 pixels"]);
+}
+
+#[cfg(not(feature = "markers"))]
+#[test]
+fn without_the_feature_markers_are_refused() {
+    let place = Place::new();
+    place.exr("room.exr", &smooth_picture());
+    let scene = scene(&place, &format!("[panorama]\ncolor = 'room.exr'\n{ON_MARKER}"));
+    fails(&scene, &RenderOptions::default(), &["cannot look for markers", "--features markers"]);
+}

@@ -37,7 +37,8 @@ fn along<W: RealWorld>(objects: &Objects, world: &W, ray: Ray, depth: u32) -> Ve
     let params = Params { depth, ..Params::new(&photo) };
     let trace = TraceParams::default();
     let tracer = Tracer { objects, world, params: &trace };
-    let shader = Shader { tracer, lighting: &lighting, lights: &[], pattern: Pattern::new(20, 5), params: &params };
+    let (pattern, response) = (Pattern::new(20, 5), Pattern::new(12, 5));
+    let shader = Shader { tracer, lighting: &lighting, lights: &[], pattern, response, params: &params };
     let mut trail = Trail {
         walk: Walk { sampler: Sampler::new(UVec2::ZERO, 0, Stream::default()), rays: 0 },
         shadow_rays: 0,
