@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let (i, at) = (x / (w + GAP), x % (w + GAP));
             if at < w { pictures[i].get(at, y) } else { Vec3::ONE }
         });
-        io::write_image(folder.join(format!("rt2ar-{}.png", case.name.replace(' ', "-"))), &strip, None)?;
+        io::write_image(folder.join(format!("rt2ar-{}.jpg", case.name.replace(' ', "-"))), &strip, None)?;
     }
     Ok(())
 }

@@ -34,3 +34,23 @@ fn a_demo_of_nothing_is_refused() {
     let file = tempfile::NamedTempFile::new().unwrap();
     assert!(Folder::create(file.path()).is_err());
 }
+
+#[test]
+fn the_cases_of_rt2ar_hold_their_objects() {
+    let params = CaseParams { panorama_width: 64, captured_samples: 1, size: (32, 24), samples: 2, truth_samples: 1 };
+    let cases = cases(&params, &Silent).unwrap();
+    assert_eq!(
+        cases.iter().map(|c| c.name).collect::<Vec<_>>(),
+        ["occlusion", "reflection", "recursion", "refraction", "soft shadows"]
+    );
+    for case in &cases {
+        assert_eq!(case.truth.size(), (32, 24), "{}", case.name);
+        for rendered in [&case.panorama, &case.camera] {
+            assert_eq!(rendered.stats.method, "rt2ar");
+            assert!(rendered.composite.color.data().iter().all(|p| p.is_finite()), "{}", case.name);
+            let covered: f32 = rendered.layers.coverage.data().iter().sum();
+            assert!(covered > 4.0, "{}: {covered} pixels of objects", case.name);
+        }
+    }
+    assert!(super::cases(&CaseParams { samples: 0, ..params }, &Silent).is_err());
+}

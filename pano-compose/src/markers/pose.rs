@@ -134,10 +134,9 @@ fn solve<const N: usize, const M: usize>(mut rows: [[f64; M]; N]) -> Option<[f64
             return None;
         }
         for k in i + 1..N {
-            let factor = rows[k][i] / rows[i][i];
-            for j in i..M {
-                rows[k][j] -= factor * rows[i][j];
-            }
+            let pivot = rows[i];
+            let factor = rows[k][i] / pivot[i];
+            rows[k][i..].iter_mut().zip(&pivot[i..]).for_each(|(value, from)| *value -= factor * from);
         }
     }
     let mut x = [0.0; N];
