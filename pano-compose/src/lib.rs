@@ -1,6 +1,8 @@
 //! Differential compositing, the effect plan, and the frame pipeline that joins Pano's stages.
 //!
 //! - [`composite`] puts traced layers over the photo, builds the channels of a layered picture, and encodes 8-bit output.
+//! - [`lens`] adds bloom and glare.
+//! - [`markers`] finds printed markers in a picture (feature `markers`).
 //! - [`plan`] says which effects a scene calls for, and why.
 //! - [`pipeline`] joins the stages of all crates to frames.
 //! - [`annotate`] writes on pictures and marks lights (feature `annotate`).
@@ -16,6 +18,9 @@ pub mod composite;
 pub mod demo;
 #[cfg(any(feature = "demo", feature = "tradeoff"))]
 mod exposure;
+pub mod lens;
+#[cfg(feature = "markers")]
+pub mod markers;
 #[cfg(feature = "pipeline")]
 pub mod pipeline;
 pub mod plan;

@@ -7,6 +7,7 @@
 use crate::camera::Projection;
 use crate::image::Image;
 use crate::{Error, Result};
+use glam::Vec2;
 
 /// From this distance on (metres) a surface counts as being at infinity.
 pub const FAR: f32 = 1e9;
@@ -61,7 +62,7 @@ impl Default for DepthFormat {
 
 impl DepthFormat {
     /// Names of the presets.
-    pub const PRESETS: [&str; 4] = ["exr", "mm", "stanford2d3ds", "kitti"];
+    pub const PRESETS: [&str; 5] = ["exr", "mm", "stanford2d3ds", "kitti", "kinect"];
 
     /// The preset of that name:
     ///
@@ -71,12 +72,14 @@ impl DepthFormat {
     /// | `mm` | ray | 1/1000 | 0 |
     /// | `stanford2d3ds` | ray (its panoramas store distance from the camera's centre) | 1/512 | 65535, 0 |
     /// | `kitti` | z | 1/256 | 0 |
+    /// | `kinect` | z | 1/1000 | 0 |
     pub fn preset(name: &str) -> Option<Self> {
         let (kind, scale, invalid) = match name {
             "exr" => (DepthKind::Ray, 1.0, vec![]),
             "mm" => (DepthKind::Ray, 1.0 / 1000.0, vec![]),
             "stanford2d3ds" => (DepthKind::Ray, 1.0 / 512.0, vec![65535.0]),
             "kitti" => (DepthKind::Z, 1.0 / 256.0, vec![]),
+            "kinect" => (DepthKind::Z, 1.0 / 1000.0, vec![]),
             _ => return None,
         };
         Some(Self { kind, scale, invalid })
@@ -132,8 +135,8 @@ impl RayDepth {
     pub fn from_raw(mut raw: Image<f32>, format: &DepthFormat, projection: Projection) -> Result<Self> {
         format.validate()?;
         let (width, height) = raw.size();
-        // Ray length per unit of z along the axis: the picture plane's pixel size at z = 1, if depth is along the axis.
-        let pixel_size = match (format.kind, projection) {
+        // Where the axis is, and how far a pixel is from the next at z = 1, if depth is along the axis.
+        let intrinsics = match (format.kind, projection) {
             (DepthKind::Ray, _) | (DepthKind::Disparity, Projection::Panorama) => None,
             (DepthKind::Z, Projection::Panorama) => {
                 return Err(Error::argument(format!(
@@ -142,21 +145,25 @@ impl RayDepth {
                     format.scale
                 )));
             }
-            (DepthKind::Z | DepthKind::Disparity, Projection::Perspective { vfov }) => {
-                if !(vfov > 0.0 && vfov < std::f32::consts::PI) {
-                    return Err(Error::argument(format!("a vertical field of view lies in (0, π), not {vfov} radians")));
-                }
-                Some(2.0 * (0.5 * vfov).tan() / height as f32)
+            (DepthKind::Z | DepthKind::Disparity, Projection::Perspective { vfov })
+                if !(vfov > 0.0 && vfov < std::f32::consts::PI) =>
+            {
+                return Err(Error::argument(format!("a vertical field of view lies in (0, π), not {vfov} radians")));
             }
+            (DepthKind::Z | DepthKind::Disparity, Projection::Pinhole { focal, .. })
+                if !(focal.cmpgt(Vec2::ZERO).all() && focal.is_finite()) =>
+            {
+                return Err(Error::argument(format!("focal lengths are positive numbers of pixels, not {focal}")));
+            }
+            (DepthKind::Z | DepthKind::Disparity, projection) => projection.intrinsics((width, height)),
         };
         for (i, d) in raw.data_mut().iter_mut().enumerate() {
             let metres = format.metres(*d);
-            *d = valid_or_infinite(match pixel_size {
+            *d = valid_or_infinite(match intrinsics {
                 None => metres,
-                Some(size) => {
-                    let x = ((i % width) as f32 + 0.5 - 0.5 * width as f32) * size;
-                    let y = ((i / width) as f32 + 0.5 - 0.5 * height as f32) * size;
-                    metres * (1.0 + x * x + y * y).sqrt()
+                Some((focal, center)) => {
+                    let at = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+                    metres * (1.0 + ((at - center) / focal).length_squared()).sqrt()
                 }
             });
         }

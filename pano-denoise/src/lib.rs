@@ -18,6 +18,7 @@
 pub mod atrous;
 pub mod cross_bilateral;
 pub mod firefly;
+pub mod mean;
 pub mod temporal;
 
 mod surfaces;

@@ -8,6 +8,7 @@
 //!
 //! Everything goes through [`pipeline`], as `pano render` does.
 
+mod cases;
 mod files;
 mod numbers;
 mod place;
@@ -16,6 +17,7 @@ mod sheet;
 mod smooth;
 mod survey;
 
+pub use cases::{Case, CaseParams, cases};
 pub use numbers::{MethodNumbers, Numbers, ReferenceCost, Score, Scores};
 
 use crate::pipeline::{self, Clock, Error, Frame, Inputs, RenderOptions, Rendered, Result};
@@ -149,8 +151,10 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
         lighting: None,
         encoding: SourceEncoding::LinearFloat,
         depth: Some(Arc::new(depth)),
+        camera: None,
         meshes: place.objects.clone(),
         proxy_meshes: Vec::new(),
+        markers: Vec::new(),
         warnings: Vec::new(),
     };
 

@@ -37,6 +37,21 @@ impl Place {
         Ok(Self { room, mesh, objects })
     }
 
+    /// The same room with other objects in it, seen in another view: degrees to the right, up, and of its height.
+    pub(super) fn furnished(&self, objects: Vec<RoomObject>, [yaw, pitch, vfov]: [f32; 3]) -> Result<Self> {
+        let mut room = self.room.clone();
+        (room.view_yaw, room.view_pitch, room.view_vfov) = (yaw, pitch, vfov);
+        room.objects = objects;
+        let prepare = |o: &RoomObject| Ok(Arc::new(PreparedMesh::new(o.mesh.clone())?));
+        let objects = room.objects.iter().map(prepare).collect::<Result<_>>()?;
+        Ok(Self { room, mesh: self.mesh.clone(), objects })
+    }
+
+    /// What is put into the room.
+    pub(super) fn contents(&self) -> &[RoomObject] {
+        &self.room.objects
+    }
+
     /// The empty room.
     pub(super) fn without_objects(&self) -> Objects {
         Objects::new(&[self.room_placement()])

@@ -68,7 +68,7 @@ pub fn plan(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> 
         world_ms += rate * (work(&full) - w1).max(0.0);
     }
 
-    let camera = scene.camera(inputs.photo.size());
+    let camera = inputs.view(scene);
     let pixels = (camera.width * camera.height) as f64;
     let shrink = (PIXELS / pixels).sqrt().min(1.0);
     let side = |n: usize| ((n as f64 * shrink).round() as usize).max(1);

@@ -3,11 +3,12 @@
 use super::device::Device;
 use super::lights::Lights;
 use super::view::view_of_photo;
-use super::{Clock, Inputs, RenderOptions, Rendered, Result, World, iprt, path_traced, resolve_method};
+use super::{Clock, Inputs, RenderOptions, Rendered, Result, World, iprt, path_traced, resolve_method, rt2ar};
 use crate::composite::{Composite, Irradiance};
+use crate::lens;
 use crate::plan::EffectPlan;
 use pano_core::{
-    camera::Camera,
+    camera::{Camera, Projection},
     image::{Image, RadianceImage},
     layers::TracedLayers,
     progress::Progress,
@@ -28,7 +29,7 @@ pub(crate) struct Frame<'a> {
 /// What a sequence carries from frame to frame.
 #[derive(Debug)]
 pub(super) struct Carried {
-    /// The lights that mr360 follows.
+    /// The lights that mr360 and rt2ar follow.
     lights: Lights,
     /// The past of iprt.
     past: Option<iprt::State>,
@@ -65,7 +66,7 @@ impl<'a> Frame<'a> {
         world: &'a World,
         options: &'a RenderOptions,
     ) -> Self {
-        Self { scene, inputs, objects, world, options, camera: scene.camera(inputs.photo.size()) }
+        Self { scene, inputs, objects, world, options, camera: inputs.view(scene) }
     }
 
     /// Pixels of the view.
@@ -90,8 +91,9 @@ impl<'a> Frame<'a> {
         let mut facts = inputs.facts(scene, method);
         facts.no_back_faces = !settings.captured.field.back_faces;
         facts.no_sparse = !settings.sparse;
+        facts.lens = settings.lens.is_on();
         let found = match method {
-            Method::Mr360 => Some(carried.lights.frame(scene, inputs, settings, device)?),
+            Method::Mr360 | Method::Rt2ar => Some(carried.lights.frame(scene, inputs, settings, device)?),
             _ => None,
         };
         if let Some(found) = &found {
@@ -103,11 +105,11 @@ impl<'a> Frame<'a> {
             plan.force(effect, on);
         }
         let view = View { photo, lighting };
-        let filtered = if method == Method::Iprt {
-            iprt::trace(self, view, &mut carried.past, device, &mut clock, &mut warnings, progress)?
-        } else {
-            let lights = found.as_ref().map(|f| (f, &plan));
-            path_traced::trace(self, method, view, lights, device, &mut clock, &mut warnings, progress)?
+        let found = found.as_ref().map(|lighting| (lighting, &plan));
+        let filtered = match (method, found) {
+            (Method::Iprt, _) => iprt::trace(self, view, &mut carried.past, device, &mut clock, &mut warnings, progress)?,
+            (Method::Rt2ar, Some(found)) => rt2ar::trace(self, view, found, &mut clock, &mut warnings, progress)?,
+            _ => path_traced::trace(self, method, view, found, device, &mut clock, &mut warnings, progress)?,
         };
         self.finish(filtered, method, plan, device, warnings, clock)
     }
@@ -131,9 +133,22 @@ impl<'a> Frame<'a> {
             ));
         }
         clock.stage_on(device.last(), "composite", self.pixels(), 0);
+        let lens = lens::Params { wrap: self.camera.projection == Projection::Panorama, ..self.options.settings.lens };
+        if lens.is_on() {
+            let report = lens::apply(&lens, &photo, &mut out.color)?;
+            if report.spread > 0.0 {
+                let (spread, lost) = (report.spread / report.before, -report.change / report.before);
+                warnings.push(format!(
+                    "lens effects spread {:.2} % of the picture's light and carried {:.2} % out of the frame",
+                    spread * 100.0,
+                    lost * 100.0
+                ));
+            }
+            clock.stage("lens", self.pixels(), 0);
+        }
         warnings.extend(device.take_warnings());
         let stats = clock.finish(method.name(), device.adapter(), plan, warnings);
-        let (camera, encoding) = (self.camera, self.inputs.encoding);
+        let (camera, encoding) = (self.camera, self.inputs.view_encoding(self.scene));
         Ok(Rendered { camera, photo, encoding, layers, irradiance, shadows, composite: out, stats })
     }
 }

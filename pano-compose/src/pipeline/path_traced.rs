@@ -49,6 +49,7 @@ pub(super) fn trace(
         let lit = match frame.world {
             World::Proxies(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
             World::Captured(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
+            World::Layered(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
         };
         let lit = lit.ok_or(Error::Cancelled)?;
         shadows = lit.shadows;
@@ -57,6 +58,7 @@ pub(super) fn trace(
         let traced = match frame.world {
             World::Proxies(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
             World::Captured(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
+            World::Layered(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
         };
         traced.ok_or(Error::Cancelled)?
     };
@@ -90,7 +92,7 @@ pub(super) fn trace(
 }
 
 /// The scene's, unless several are forced off or on.
-fn bounces(frame: &Frame<'_>) -> u32 {
+pub(super) fn bounces(frame: &Frame<'_>) -> u32 {
     let forced = frame.options.forced.iter().find(|(effect, _)| *effect == "multi_bounce");
     match (forced, frame.scene.render.bounces) {
         (Some((_, false)), _) => 1,

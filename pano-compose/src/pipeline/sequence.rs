@@ -28,6 +28,8 @@ pub struct Sequence<'a> {
 struct Built {
     radiance: Arc<RadianceImage>,
     depth: Option<Arc<Image<f32>>>,
+    /// Of a depth camera.
+    seen: Option<Arc<Image<f32>>>,
     world: World,
     warnings: Vec<String>,
 }
@@ -71,18 +73,25 @@ impl<'a> Sequence<'a> {
     fn build(&self, inputs: &Inputs, objects: &Objects, progress: &dyn Progress) -> Result<Built> {
         let mut warnings = Vec::new();
         let world = build_world(self.scene, inputs, objects, &self.options.settings, &mut warnings, progress)?;
-        Ok(Built { radiance: inputs.radiance().clone(), depth: inputs.depth.clone(), world, warnings })
+        Ok(Built { radiance: inputs.radiance().clone(), depth: inputs.depth.clone(), seen: seen_by(inputs), world, warnings })
     }
 
     /// Whether the world of an earlier frame is that of this one.
     fn still_holds(&self, built: &Built, inputs: &Inputs) -> bool {
-        let same_depth = match (&built.depth, &inputs.depth) {
+        let same = |a: &Option<Arc<Image<f32>>>, b: &Option<Arc<Image<f32>>>| match (a, b) {
             (None, None) => true,
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             _ => false,
         };
+        let same_depth = same(&built.depth, &inputs.depth) && same(&built.seen, &seen_by(inputs));
         // A captured world is refined where the objects are.
-        let same_objects = matches!(built.world, World::Proxies(_)) || self.scene.objects.iter().all(|o| o.keyframes.is_empty());
+        let same_objects =
+            !matches!(built.world, World::Captured(_)) || self.scene.objects.iter().all(|o| o.keyframes.is_empty());
         same_depth && same_objects && Arc::ptr_eq(&built.radiance, inputs.radiance())
     }
+}
+
+/// The depth of a depth camera; every frame of one has its own.
+fn seen_by(inputs: &Inputs) -> Option<Arc<Image<f32>>> {
+    inputs.camera.as_ref().map(|seen| seen.depth.clone())
 }

@@ -1,7 +1,9 @@
 //! `--set key=value`: the knobs that are neither in the scene file nor among the common options.
 
 use super::{Detector, Error, GPU_STAGES, GpuSettings, Result};
-use pano_denoise::cross_bilateral;
+use crate::lens;
+use pano_denoise::{cross_bilateral, mean};
+use pano_trace::rt2ar::{self, Shadow};
 use pano_trace::tracer::Mis;
 use pano_trace::world::CapturedOptions;
 
@@ -24,8 +26,35 @@ pub const SETTINGS: &[Setting] = &[
         help: "true | false: iprt traces one pixel in 4 or 16 where nothing changes, from the second frame on (true)",
     },
     Setting { key: "detector", help: "mr360 | clipped: how mr360 finds the lights of an LDR picture (mr360)" },
-    Setting { key: "gloss", help: "0–1: how much real surfaces mirror the objects with mr360; 1 is a polished floor (0)" },
+    Setting {
+        key: "gloss",
+        help: "0–1: how much real surfaces mirror the objects with mr360 and rt2ar; 1 is a polished floor (0)",
+    },
     Setting { key: "gloss_roughness", help: "0–1: how blurred that mirror image is (0.3)" },
+    Setting {
+        key: "shadow",
+        help: "hard | soft | adaptive: rt2ar's shadows; adaptive looks closer only where probes disagree (adaptive)",
+    },
+    Setting { key: "shadow_samples", help: "1–256: samples of each light with rt2ar, the steps of its penumbrae (20)" },
+    Setting { key: "probes", help: "5–64: of these, the ones that tell rt2ar whether there is a penumbra (5)" },
+    Setting {
+        key: "probe_neighbours",
+        help: "true | false: rt2ar looks closer beside penumbrae and edges, too, which finds what the probes miss (true)",
+    },
+    Setting { key: "penumbra_radius", help: "0–16: pixels to each side over which rt2ar's penumbrae are averaged (1)" },
+    Setting { key: "bloom", help: "0–1: share of the objects' bright light that a lens spreads around it (0: off)" },
+    Setting { key: "glare", help: "0–1: share of still brighter light that goes into rays (0: off)" },
+    Setting { key: "lens_threshold", help: "≥ 0: luminance from which light is bright (1)" },
+    Setting {
+        key: "bloom_radius",
+        help: "0.001–0.25: standard deviation of the bloom, as a share of the picture's height (0.02)",
+    },
+    Setting { key: "glare_attenuation", help: "0.5–0.99: what a pixel of the way leaves of a ray (0.9)" },
+    Setting { key: "glare_passes", help: "1–4: each makes the rays four times as long (3)" },
+    Setting {
+        key: "lens_light",
+        help: "objects | all: whose bright light is spread; the photo went through a lens already (objects)",
+    },
     Setting { key: "reflectance_cap", help: "0–1: largest diffuse reflectance read off the picture (0.9)" },
     Setting { key: "field_resolution", help: "quads along a cube face of the depth field; 0: the panorama's own (0)" },
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
@@ -59,6 +88,18 @@ pub struct Settings {
     pub gloss: f32,
     /// `gloss_roughness`.
     pub gloss_roughness: f32,
+    /// `shadow`.
+    pub shadow: Shadow,
+    /// `shadow_samples`.
+    pub shadow_samples: u32,
+    /// `probes`.
+    pub probes: u32,
+    /// `probe_neighbours`.
+    pub probe_neighbours: bool,
+    /// `penumbra_radius`.
+    pub penumbra_radius: usize,
+    /// `bloom`, `glare`, `lens_threshold`, `bloom_radius`, `glare_attenuation`, `glare_passes` and `lens_light`.
+    pub lens: lens::Params,
     /// How a captured field is prepared.
     pub captured: CapturedOptions,
     /// `gpu_from`, `gpu_until`, `gpu_binding`, `gpu_lose_after`.
@@ -75,6 +116,12 @@ impl Default for Settings {
             detector: Detector::default(),
             gloss: 0.0,
             gloss_roughness: 0.3,
+            shadow: Shadow::default(),
+            shadow_samples: 20,
+            probes: rt2ar::PROBES[0],
+            probe_neighbours: true,
+            penumbra_radius: mean::Params::default().radius,
+            lens: lens::Params::default(),
             captured: CapturedOptions::default(),
             gpu: GpuSettings::default(),
         }
@@ -116,6 +163,31 @@ impl Settings {
             }
             "gloss" => self.gloss = number(0.0, 1.0)?,
             "gloss_roughness" => self.gloss_roughness = number(0.0, 1.0)?,
+            "shadow" => {
+                self.shadow = match value {
+                    "hard" => Shadow::Hard,
+                    "soft" => Shadow::Soft,
+                    "adaptive" => Shadow::Adaptive,
+                    _ => return Err(bad()),
+                }
+            }
+            "shadow_samples" => self.shadow_samples = count(1, rt2ar::MAX_SHADOW_SAMPLES)?,
+            "probes" => self.probes = count(rt2ar::PROBES[0], rt2ar::PROBES[1])?,
+            "probe_neighbours" => self.probe_neighbours = value.parse().map_err(|_| bad())?,
+            "penumbra_radius" => self.penumbra_radius = count(0, mean::MAX_RADIUS as u32)? as usize,
+            "bloom" => self.lens.bloom = number(0.0, 1.0)?,
+            "glare" => self.lens.glare = number(0.0, 1.0)?,
+            "lens_threshold" => self.lens.threshold = number(0.0, 1e9)?,
+            "bloom_radius" => self.lens.radius = number(0.001, 0.25)?,
+            "glare_attenuation" => self.lens.attenuation = number(0.5, 0.99)?,
+            "glare_passes" => self.lens.passes = count(1, 4)?,
+            "lens_light" => {
+                self.lens.everything = match value {
+                    "objects" => false,
+                    "all" => true,
+                    _ => return Err(bad()),
+                }
+            }
             "reflectance_cap" => self.captured.reflectance_cap = number(0.0, 1.0)?,
             "field_resolution" => self.captured.field.resolution = count(0, 4096)? as usize,
             "gap_contrast" => self.captured.field.gap_contrast = number(1.0, 1e6)?,

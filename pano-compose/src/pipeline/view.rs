@@ -1,7 +1,7 @@
 //! The real picture in the view.
 
 use super::device::Device;
-use super::{Inputs, Result, World};
+use super::{CameraInputs, Inputs, Result, World};
 use glam::Vec3;
 use pano_core::{camera::Camera, image::RadianceImage, layers::TracedLayers, scene::Scene, sphere};
 
@@ -16,6 +16,9 @@ pub(super) fn view_of_photo(
     let turn = scene.panorama.world_from_pano();
     let capture = scene.panorama.position;
     let moved = camera.position.distance(capture) > 1e-4;
+    if let Some(seen) = &inputs.camera {
+        return Ok((through_depth_camera(scene, inputs, seen, world, camera), None));
+    }
     let mut view = |picture: &RadianceImage| -> Result<RadianceImage> {
         if moved {
             // Another place sees the surface from elsewhere: each pixel shows what the panorama shows of its point.
@@ -34,6 +37,31 @@ pub(super) fn view_of_photo(
         _ => None,
     };
     Ok((view(&inputs.photo)?, lighting))
+}
+
+/// A view of what a depth camera and, beside it, the panorama have seen; the camera's own view is its picture.
+fn through_depth_camera(scene: &Scene, inputs: &Inputs, seen: &CameraInputs, world: &World, camera: &Camera) -> RadianceImage {
+    if *camera == seen.camera {
+        return seen.photo.as_ref().clone();
+    }
+    let pano_from_world = scene.panorama.world_from_pano().inverse();
+    RadianceImage::par_from_fn(camera.width, camera.height, |x, y| {
+        let d = camera.direction(glam::Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+        let at = world.hit_position(camera.position, d);
+        // The camera knows a point that it sees at about its own distance, or further: nothing nearer was there.
+        let by_camera = at.map_or(d, |p| p - seen.camera.position);
+        let shown = sphere::resample::look_up_view(&seen.photo, &seen.camera, by_camera).filter(|_| match at {
+            None => true,
+            Some(p) => world.hit_position(seen.camera.position, by_camera).is_some_and(|first| {
+                let to = by_camera.length();
+                first.distance(p) < 0.02 * to
+            }),
+        });
+        shown.unwrap_or_else(|| {
+            let by_panorama = at.map_or(d, |p| p - scene.panorama.position);
+            sphere::bilinear(&inputs.photo, sphere::uv_from_direction(pano_from_world * by_panorama))
+        })
+    })
 }
 
 /// Where reflectance was read off an inversely tone-mapped picture, the change is relative to that picture: brings it to the

@@ -11,7 +11,10 @@ use pano_core::{
 use pano_trace::bvh::Ray;
 use pano_trace::objects::Objects;
 use pano_trace::tracer;
-use pano_trace::world::{CapturedWorld, Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance};
+use pano_trace::world::{
+    CameraWorld, CapturedOptions, CapturedWorld, LayeredWorld, Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance,
+};
+use std::sync::Arc;
 
 /// Metres along each side of the ground plane that `camera_height` stands for: the horizon for a standing viewer.
 const GROUND_SIZE: f32 = 400.0;
@@ -23,6 +26,8 @@ pub enum World {
     Proxies(Box<ProxyWorld>),
     /// A panorama with depth.
     Captured(Box<CapturedWorld>),
+    /// Several of them, of rt2ar: a panorama with or without depth, ghosts, a depth camera.
+    Layered(Box<LayeredWorld>),
 }
 
 impl World {
@@ -32,6 +37,7 @@ impl World {
         match self {
             Self::Proxies(world) => world.hit(&ray),
             Self::Captured(world) => world.hit(&ray),
+            Self::Layered(world) => world.hit(&ray),
         }
         .map(|hit| hit.position)
     }
@@ -41,6 +47,8 @@ impl World {
         match self {
             Self::Proxies(world) => world.reflects_picture(),
             Self::Captured(_) => true,
+            // Only rt2ar has layers, and it shades by the photo.
+            Self::Layered(_) => false,
         }
     }
 }
@@ -51,6 +59,11 @@ impl World {
 /// [`Error::Unsupported`] for a method that this version does not have.
 pub fn resolve_method(scene: &Scene, inputs: &Inputs, warnings: &mut Vec<String>) -> Result<Method> {
     match scene.render.method {
+        Method::Auto | Method::Rt2ar if inputs.camera.is_some() => Ok(Method::Rt2ar),
+        method if inputs.camera.is_some() => Err(Error::unsupported(
+            format!("method `{}` cannot use a depth camera", method.name()),
+            "use rt2ar or auto, or leave [camera] out",
+        )),
         Method::Auto => {
             if inputs.depth.is_none() && scene.proxies.is_empty() && scene.panorama.camera_height.is_none() {
                 warnings.push("no depth, no proxy and no camera_height: nothing real receives shadows".into());
@@ -61,15 +74,11 @@ pub fn resolve_method(scene: &Scene, inputs: &Inputs, warnings: &mut Vec<String>
             let is_video = scene.panorama.color.is_sequence() && inputs.depth.is_some();
             Ok(if is_video { Method::Iprt } else { Method::Dpt })
         }
-        method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl | Method::Mr360) => Ok(method),
+        method @ (Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl | Method::Mr360 | Method::Rt2ar) => Ok(method),
         Method::Iprt if inputs.depth.is_some() => Ok(Method::Iprt),
         Method::Iprt => Err(Error::unsupported(
             "method `iprt` traces rays against the panorama's depth, and there is none",
             "give the panorama a `depth`, or use dpt",
-        )),
-        method => Err(Error::unsupported(
-            format!("method `{}` is not in this version", method.name()),
-            "use dpt, iprt, mr360, onepass, twopass, ibl or auto",
         )),
     }
 }
@@ -99,15 +108,19 @@ pub fn build_world(
     let turn = scene.panorama.world_from_pano();
     let capture = scene.panorama.position;
     let radiance = inputs.radiance().clone();
+    let method = resolve_method(scene, inputs, &mut Vec::new())?;
+    if method == Method::Rt2ar && (inputs.camera.is_some() || (inputs.depth.is_some() && !scene.proxies.is_empty())) {
+        return layered_world(scene, inputs, settings, progress);
+    }
     if let Some(depth) = &inputs.depth {
         if !scene.proxies.is_empty() {
             warnings.push("the panorama has depth: proxies are not used".into());
         }
         let mut options = settings.captured;
         let mut bounds = objects.clusters();
-        match resolve_method(scene, inputs, &mut Vec::new())? {
-            // Nothing real changes: no reflectance is asked for.
-            Method::Ibl => options.irradiance_width = 0,
+        match method {
+            // Nothing real changes, or the method has irradiance of its own: no reflectance is asked for.
+            Method::Ibl | Method::Rt2ar => options.irradiance_width = 0,
             // It estimates the irradiance of what it changes itself; only back faces are left.
             Method::Iprt => bounds = &[],
             _ => {}
@@ -115,6 +128,38 @@ pub fn build_world(
         let world = CapturedWorld::new(radiance, depth, turn, capture, bounds, &options, progress).ok_or(Error::Cancelled)?;
         return Ok(World::Captured(Box::new(world)));
     }
+    Ok(World::Proxies(Box::new(ProxyWorld::new(radiance, turn, capture, &proxies(scene, inputs, settings)))))
+}
+
+/// The panorama's depth, the ghosts in front of it, and what a depth camera sees.
+fn layered_world(scene: &Scene, inputs: &Inputs, settings: &Settings, progress: &dyn Progress) -> Result<World> {
+    let turn = scene.panorama.world_from_pano();
+    let capture = scene.panorama.position;
+    let radiance = inputs.radiance().clone();
+    let ghosts = ProxyWorld::new(radiance.clone(), turn, capture, &proxies(scene, inputs, settings));
+    let mut layers: Vec<Arc<dyn RealWorld + Send>> = Vec::new();
+    if let Some(depth) = &inputs.depth {
+        let options = CapturedOptions { irradiance_width: 0, ..settings.captured };
+        let captured = CapturedWorld::new(radiance, depth, turn, capture, &[], &options, progress).ok_or(Error::Cancelled)?;
+        layers.push(Arc::new(captured));
+        if !scene.proxies.is_empty() {
+            layers.push(Arc::new(ghosts));
+        }
+    } else {
+        layers.push(Arc::new(ghosts));
+    }
+    let mut eye = capture;
+    if let Some(seen) = &inputs.camera {
+        eye = seen.camera.position;
+        let world = CameraWorld::new(seen.radiance().clone(), &seen.depth, seen.camera, &settings.captured.field)?;
+        layers.push(Arc::new(world));
+    }
+    let base = layers.remove(0);
+    Ok(World::Layered(Box::new(LayeredWorld::new(base, layers, eye))))
+}
+
+/// The known geometry of a scene, the ground included where no depth stands for it.
+fn proxies(scene: &Scene, inputs: &Inputs, settings: &Settings) -> Vec<Proxy> {
     let from_picture = Reflectance::FromPicture { cap: settings.captured.reflectance_cap };
     let mut proxies: Vec<Proxy> = scene
         .proxies
@@ -130,12 +175,12 @@ pub fn build_world(
             reflectance: p.albedo.map_or(from_picture, Reflectance::Known),
         })
         .collect();
-    if let Some(height) = scene.panorama.camera_height {
+    if let Some(height) = scene.panorama.camera_height.filter(|_| inputs.depth.is_none()) {
         proxies.push(Proxy {
             shape: ProxyShape::Plane(Vec2::splat(GROUND_SIZE)),
             world_from_local: ground_placement(scene, height),
             reflectance: from_picture,
         });
     }
-    Ok(World::Proxies(Box::new(ProxyWorld::new(radiance, turn, capture, &proxies))))
+    proxies
 }

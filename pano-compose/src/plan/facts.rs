@@ -19,6 +19,8 @@ pub struct SceneFacts {
     pub no_back_faces: bool,
     /// Sparse tracing is switched off.
     pub no_sparse: bool,
+    /// Bloom or glare is asked for.
+    pub lens: bool,
     /// There are proxies or a ground plane.
     pub has_proxies: bool,
     /// There is more than one frame.

@@ -30,9 +30,10 @@ fn all_facts() -> impl Iterator<Item = SceneFacts> {
             has_proxies: bit(5),
             no_back_faces: bit(8),
             no_sparse: bit(3),
+            lens: bit(8),
             is_sequence: bit(6),
             moving: bit(7),
-            lights: (method == "mr360").then_some(usize::from(bit(3))),
+            lights: ["mr360", "rt2ar"].contains(&method).then_some(usize::from(bit(3))),
             method: method.to_owned(),
         })
     })
@@ -61,13 +62,11 @@ fn without_objects_everything_is_off() {
 }
 
 #[test]
-fn what_does_not_exist_is_never_on() {
+fn lens_effects_are_on_only_if_asked_for() {
     for facts in all_facts() {
-        let plan = EffectPlan::for_scene(&facts);
-        assert!(!plan.is_on("lens"), "{facts:?}");
+        assert_eq!(EffectPlan::for_scene(&facts).is_on("lens"), facts.lens && facts.objects > 0, "{facts:?}");
     }
-    let sequence = SceneFacts { is_sequence: true, method: "mr360".to_owned(), ..still() };
-    assert!(why(&sequence, "lens").contains("not available yet"), "{}", why(&sequence, "lens"));
+    assert!(why(&still(), "lens").contains("--set bloom"), "{}", why(&still(), "lens"));
 }
 
 #[test]

@@ -14,6 +14,8 @@ pub enum Scope {
     Captured,
     /// Delta path tracing.
     Delta,
+    /// Recursive rays.
+    Rt2ar,
 }
 
 /// One knob.
@@ -129,6 +131,51 @@ pub const KNOBS: &[Knob] = &[
         values: &["1", "2", "8", "32"],
         scope: Scope::Captured,
     },
+    Knob {
+        name: "shadow",
+        unit: "kind",
+        range: "hard, soft, adaptive",
+        default: "adaptive",
+        error: "shadows without penumbrae with `hard`; thin penumbrae that probes miss with `adaptive`",
+        values: &["hard", "adaptive", "soft"],
+        scope: Scope::Rt2ar,
+    },
+    Knob {
+        name: "shadow_samples",
+        unit: "samples of each light",
+        range: "1 to 256",
+        default: "20",
+        error: "steps and noise in penumbrae",
+        values: &["5", "10", "20", "50", "128"],
+        scope: Scope::Rt2ar,
+    },
+    Knob {
+        name: "probes",
+        unit: "samples of each light that tell whether there is a penumbra",
+        range: "5 to 64",
+        default: "5",
+        error: "penumbrae of things thinner than the light are missed",
+        values: &["5", "9", "13", "20"],
+        scope: Scope::Rt2ar,
+    },
+    Knob {
+        name: "probe_neighbours",
+        unit: "switch",
+        range: "true, false",
+        default: "true",
+        error: "as with few probes",
+        values: &["false", "true"],
+        scope: Scope::Rt2ar,
+    },
+    Knob {
+        name: "penumbra_radius",
+        unit: "pixels to each side",
+        range: "0 to 16",
+        default: "1",
+        error: "noise in penumbrae with few, blurred narrow ones with many",
+        values: &["0", "1", "2"],
+        scope: Scope::Rt2ar,
+    },
 ];
 
 /// How a captured world is prepared, from dear to cheap, for combinations: time and error of the preparation go together.
@@ -240,9 +287,11 @@ mod tests {
 
     #[test]
     fn every_setting_is_a_knob_or_describes_the_scene() {
-        // How depth is read, what real surfaces are made of, which light is looked for, what only sequences have, and where
-        // stages run.
+        // How depth is read, what real surfaces are made of, which light is looked for, what only sequences have, where stages
+        // run, and the looks of a lens.
         let described = ["gap_contrast", "gap_relative", "reflectance_cap", "detector", "gloss", "gloss_roughness", "sparse"];
+        let lens = ["bloom", "glare", "lens_threshold", "bloom_radius", "glare_attenuation", "glare_passes", "lens_light"];
+        let described = [&described[..], &lens[..]].concat();
         for setting in SETTINGS {
             let known = described.contains(&setting.key)
                 || setting.key.starts_with("gpu_")

@@ -73,7 +73,7 @@ impl<'a> Bench<'a> {
             return Err(Error::unsupported("the scene has no objects, so that nothing changes", "add an [[object]]"));
         }
         let load_ms = begin.elapsed().as_secs_f64() * 1e3;
-        let camera = scene.camera(inputs.photo.size());
+        let camera = inputs.view(scene);
         let methods = suitable(scene, &inputs);
         let resolved = resolve_method(scene, &inputs, &mut Vec::new())?;
         Ok(Self { scene, params, inputs, objects, camera, load_ms, world: None, judge: None, methods, resolved })
@@ -109,18 +109,20 @@ impl<'a> Bench<'a> {
     /// The defaults of every knob.
     pub(super) fn default_choice(&self, method: Method) -> Choice {
         let default = pano_core::scene::Render::default();
-        Choice { method, samples: default.samples, bounces: default.bounces, denoise: true, settings: vec![] }
+        Choice { method, samples: default.samples, bounces: method.default_bounces(), denoise: true, settings: vec![] }
     }
 
     /// Knobs that are swept by themselves, for the scene's own method.
     pub(super) fn single_knobs(&self) -> impl Iterator<Item = &'static Knob> + use<> {
         let (captured, delta) = (self.inputs.depth.is_some(), self.resolved == Method::Dpt);
+        let recursive = self.resolved == Method::Rt2ar;
         KNOBS.iter().filter(move |knob| {
             let combined = ["samples", "denoise"].contains(&knob.name);
             let applies = match knob.scope {
                 Scope::All => true,
                 Scope::Captured => captured,
                 Scope::Delta => delta,
+                Scope::Rt2ar => recursive,
             };
             !combined && applies
         })

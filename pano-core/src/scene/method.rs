@@ -30,6 +30,15 @@ impl Method {
     pub const ALL: [Self; 8] =
         [Self::Auto, Self::Iprt, Self::Dpt, Self::Mr360, Self::Rt2ar, Self::Ibl, Self::Onepass, Self::Twopass];
 
+    /// Scattering events after the camera where nothing is said: for `rt2ar`, whose rays branch at clear and mirroring surfaces
+    /// only, enough to get into and out of a body that is in another one and to be reflected twice.
+    pub const fn default_bounces(self) -> u32 {
+        match self {
+            Self::Rt2ar => 6,
+            _ => 3,
+        }
+    }
+
     /// Its name in scene files and on the command line.
     pub const fn name(self) -> &'static str {
         match self {

@@ -61,8 +61,12 @@ pub struct Scene {
     pub path: PathBuf,
     /// `[panorama]`: the captured place.
     pub panorama: Panorama,
+    /// `[camera]`: a perspective picture with depth of a part of the place.
+    pub camera: Option<DepthCamera>,
     /// `[[proxy]]`: known real geometry.
     pub proxies: Vec<Proxy>,
+    /// `[[marker]]`: printed markers that objects stand on.
+    pub markers: Vec<Marker>,
     /// `[[object]]`: virtual objects.
     pub objects: Vec<Object>,
     /// `[view]`; left out: the whole panorama.
@@ -100,6 +104,58 @@ impl Panorama {
     }
 }
 
+/// `[camera]`: a depth camera, beside the panorama or instead of one. What it does not see is the panorama; without a
+/// panorama, an estimate from its own picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthCamera {
+    /// `color`: its picture, EXR/HDR linear, PNG/JPEG sRGB. Numbered only where the panorama's is, or without a panorama.
+    pub color: PicturePath,
+    /// `depth`: of the same size. Numbered where `color` is.
+    pub depth: PicturePath,
+    /// How to read `depth`. Default: z in metres; of 16-bit PNGs in millimetres the preset `kinect`.
+    pub depth_format: DepthFormat,
+    /// `vfov`, or `fx`, `fy`, `cx` and `cy`.
+    pub intrinsics: Intrinsics,
+    /// World position of its eye, metres. Default: the panorama's capture point.
+    pub position: Vec3,
+    /// Where it looks: `yaw` degrees to the right of −Z, then `pitch` degrees up, then turned by `roll` degrees clockwise as it
+    /// sees the world; or `rotation`, a quaternion that takes its frame (looking to −Z, +Y up) to the world. Default: to −Z.
+    pub rotation: Quat,
+    /// What a panorama's radiance is multiplied by to be in the units of this picture. Default 1.
+    pub exposure: f32,
+    /// There is no `[panorama]`: [`Scene::panorama`] names this camera's picture and stands where it stands.
+    pub alone: bool,
+}
+
+/// How a depth camera's pixels are seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Intrinsics {
+    /// `vfov`: vertical field of view in degrees, (0, 180), of square pixels about the picture's middle. Default 45.
+    Vfov(f32),
+    /// Measured, in pixels.
+    Pixels {
+        /// `fx` and `fy`, positive; `fy` left out: as `fx`.
+        focal: Vec2,
+        /// `cx` and `cy`, the centre of the top left pixel being (½, ½); left out: the picture's middle.
+        center: [Option<f32>; 2],
+    },
+}
+
+impl DepthCamera {
+    /// The camera of a picture of this size.
+    pub fn camera(&self, (width, height): (usize, usize)) -> Camera {
+        let projection = match self.intrinsics {
+            Intrinsics::Vfov(vfov) => Projection::Perspective { vfov: vfov.to_radians() },
+            Intrinsics::Pixels { focal, center: [x, y] } => {
+                let center = Vec2::new(x.unwrap_or(0.5 * width as f32), y.unwrap_or(0.5 * height as f32));
+                Projection::Pinhole { focal, center }
+            }
+        };
+        let (width, height) = (width.max(1), height.max(1));
+        Camera { position: self.position, world_from_camera: self.rotation, projection, width, height }
+    }
+}
+
 /// `[[proxy]]`: real geometry that is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proxy {
@@ -110,6 +166,30 @@ pub struct Proxy {
     /// Diffuse reflectance, linear, [0, 1]; left out: estimated from the picture.
     pub albedo: Option<Vec3>,
 }
+
+/// `[[marker]]`: a printed marker that is to be found in the picture: the depth camera's, or else the panorama.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Marker {
+    /// One of [`MARKER_FAMILIES`]. Default `tag36h11`.
+    pub family: &'static str,
+    /// Its number in the family; no two markers of a scene have the same.
+    pub id: u32,
+    /// Side of the black square in metres, positive.
+    pub size: f32,
+}
+
+/// Families of AprilTags.
+pub const MARKER_FAMILIES: [&str; 9] = [
+    "tag36h11",
+    "tag16h5",
+    "tag25h9",
+    "tag36h10",
+    "tagcircle21h7",
+    "tagcircle49h12",
+    "tagcustom48h12",
+    "tagstandard41h12",
+    "tagstandard52h13",
+];
 
 /// The form of a proxy.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,6 +208,9 @@ pub enum ProxyShape {
 pub struct Object {
     /// Its mesh file: PLY, OBJ, glTF or GLB.
     pub mesh: PathBuf,
+    /// The [`Marker::id`] of the marker that its placement and keyframes are relative to: its origin is the marker's middle, +Y
+    /// points out of the paper, −Z to the print's top. `None`: relative to the world.
+    pub marker: Option<u32>,
     /// Where it is, unless keyframes say otherwise.
     pub placement: Placement,
     /// Replaces the mesh file's own materials. Keys left out take [`Material::default`]: base colour 0.8, metallic 0,
@@ -172,6 +255,8 @@ pub enum ViewKind {
         /// Vertical field of view in degrees, (0, 180). Default 60.
         vfov: f32,
     },
+    /// What the depth camera sees, pixel for pixel; the default where there is a `[camera]`. No other key of `[view]` applies.
+    Camera,
 }
 
 /// `[render]`: how to render.
@@ -181,7 +266,8 @@ pub struct Render {
     pub method: Method,
     /// Samples a pixel, [1, 65536]. The error falls with the square root, the cost grows in proportion. Default 64.
     pub samples: u32,
-    /// Scattering events after the camera, [1, 64]; 1 is direct light only. Default 3.
+    /// Scattering events after the camera, [1, 64]; 1 is direct light only. Of `rt2ar`: reflections and refractions that
+    /// follow one another. Default: [`Method::default_bounces`].
     pub bounces: u32,
 }
 
@@ -194,7 +280,7 @@ impl Render {
 
 impl Default for Render {
     fn default() -> Self {
-        Self { method: Method::Auto, samples: 64, bounces: 3 }
+        Self { method: Method::Auto, samples: 64, bounces: Method::Auto.default_bounces() }
     }
 }
 
@@ -231,16 +317,20 @@ impl Scene {
         parse::scene(text, path.as_ref())
     }
 
-    /// The view's camera. `panorama_size` is the input picture's size, which a panorama view takes where it has none.
-    pub fn camera(&self, panorama_size: (usize, usize)) -> Camera {
+    /// The view's camera. `picture_size` is the size of the picture it is cut from, which a panorama view takes where it has
+    /// none: the panorama's, or, for [`ViewKind::Camera`], the depth camera's.
+    pub fn camera(&self, picture_size: (usize, usize)) -> Camera {
+        if let (ViewKind::Camera, Some(camera)) = (self.view.kind, &self.camera) {
+            return camera.camera(picture_size);
+        }
         let view = &self.view;
         let turned = rotation_from_yaw_pitch(view.yaw.unwrap_or(0.0), view.pitch.unwrap_or(0.0));
         let (projection, world_from_camera, default_size) = match view.kind {
             ViewKind::Perspective { vfov } => (Projection::Perspective { vfov: vfov.to_radians() }, turned, (1024, 768)),
-            ViewKind::Panorama if view.yaw.is_none() && view.pitch.is_none() => {
-                (Projection::Panorama, self.panorama.world_from_pano(), panorama_size)
+            ViewKind::Panorama | ViewKind::Camera if view.yaw.is_none() && view.pitch.is_none() => {
+                (Projection::Panorama, self.panorama.world_from_pano(), picture_size)
             }
-            ViewKind::Panorama => (Projection::Panorama, turned, panorama_size),
+            ViewKind::Panorama | ViewKind::Camera => (Projection::Panorama, turned, picture_size),
         };
         let (width, height) = view.size.unwrap_or(default_size);
         Camera {

@@ -1,13 +1,14 @@
 //! From spanned TOML to a [`Scene`], table by table.
 
 use super::{
-    FramePattern, Keyframe, Method, Object, Panorama, PicturePath, Placement, Proxy, ProxyShape, Render, Rotation, Scene, View,
-    ViewKind,
+    DepthCamera, FramePattern, Intrinsics, Keyframe, MARKER_FAMILIES, Marker, Method, Object, Panorama, PicturePath, Placement,
+    Proxy, ProxyShape, Render, Rotation, Scene, View, ViewKind,
     paths::number_format,
     reader::{Source, Table, Value},
 };
 use crate::{
     Result,
+    camera::rotation_from_yaw_pitch,
     depth::{DepthFormat, DepthKind},
     material::Material,
     sphere::Convention,
@@ -18,12 +19,32 @@ use toml::de::DeTable;
 
 /// Every table of the format and its keys; the document itself has the name "".
 pub(super) const KEYS: &[(&str, &[&str])] = &[
-    ("", &["panorama", "proxy", "object", "view", "render"]),
+    ("", &["panorama", "camera", "marker", "proxy", "object", "view", "render"]),
     ("panorama", &["color", "frames", "depth", "depth_format", "position", "heading", "convention", "camera_height", "fps"]),
+    (
+        "camera",
+        &[
+            "color",
+            "depth",
+            "depth_format",
+            "vfov",
+            "fx",
+            "fy",
+            "cx",
+            "cy",
+            "position",
+            "yaw",
+            "pitch",
+            "roll",
+            "rotation",
+            "exposure",
+        ],
+    ),
     ("depth_format", &["kind", "scale", "invalid"]),
     ("proxy", &["plane", "mesh", "position", "yaw", "rotation", "scale", "albedo"]),
     ("plane", &["size"]),
-    ("object", &["mesh", "position", "yaw", "rotation", "scale", "material", "keyframes"]),
+    ("marker", &["family", "id", "size"]),
+    ("object", &["mesh", "marker", "position", "yaw", "rotation", "scale", "material", "keyframes"]),
     ("keyframes", &["time", "position", "yaw", "rotation", "scale"]),
     (
         "material",
@@ -62,16 +83,30 @@ pub(super) fn scene(text: &str, path: &Path) -> Result<Scene> {
     let root = Table::root(source, document.get_ref())?;
     let folder = path.parent().unwrap_or(Path::new(""));
 
-    let panorama = root.require("panorama", "add a [panorama] table with `color = \"room.exr\"`")?;
-    let panorama = panorama.table("panorama", "[panorama]")?;
+    let camera = root.get("camera").map(|v| v.table("camera", "[camera]")).transpose()?;
+    let panorama = match (root.get("panorama"), &camera) {
+        (None, Some(camera)) => alone(camera, folder)?,
+        _ => {
+            let remedy = "add a [panorama] table with `color = \"room.exr\"`, or a [camera]";
+            panorama(&root.require("panorama", remedy)?.table("panorama", "[panorama]")?, folder)?
+        }
+    };
+    let camera = camera.map(|c| depth_camera(&c, folder, &panorama, root.get("panorama").is_none())).transpose()?;
     let tables = |key: &'static str, example| root.get(key).map_or(Ok(vec![]), |v| v.tables(key, example));
+    let markers = markers(&tables("marker", "[[marker]]")?)?;
     Ok(Scene {
         path: path.to_owned(),
-        panorama: self::panorama(&panorama, folder)?,
         proxies: tables("proxy", "[[proxy]]")?.iter().map(|t| proxy(t, folder)).collect::<Result<_>>()?,
-        objects: tables("object", "[[object]]")?.iter().map(|t| object(t, folder)).collect::<Result<_>>()?,
-        view: root.get("view").map_or(Ok(View::default()), |v| view(&v.table("view", "[view]")?))?,
+        objects: tables("object", "[[object]]")?.iter().map(|t| object(t, folder, &markers)).collect::<Result<_>>()?,
+        markers,
+        view: match root.get("view") {
+            Some(value) => view(&value.table("view", "[view]")?, camera.is_some())?,
+            None if camera.is_some() => View { kind: ViewKind::Camera, ..View::default() },
+            None => View::default(),
+        },
         render: root.get("render").map_or(Ok(Render::default()), |v| render(&v.table("render", "[render]")?))?,
+        panorama,
+        camera,
     })
 }
 
@@ -123,6 +158,77 @@ fn panorama(table: &Table<'_>, folder: &Path) -> Result<Panorama> {
     })
 }
 
+/// What takes the panorama's place where there is a camera only.
+fn alone(camera: &Table<'_>, folder: &Path) -> Result<Panorama> {
+    let color = camera.require("color", "add `color = \"color.png\"`")?;
+    Ok(Panorama {
+        color: numbered(&color, folder)?,
+        depth: None,
+        depth_format: DepthFormat::default(),
+        position: camera.get("position").map_or(Ok(Vec3::ZERO), |v| position(&v))?,
+        heading: 0.0,
+        convention: Convention::Forward,
+        camera_height: None,
+        fps: 30.0,
+    })
+}
+
+fn depth_camera(table: &Table<'_>, folder: &Path, panorama: &Panorama, alone: bool) -> Result<DepthCamera> {
+    let color_value = table.require("color", "add `color = \"color.png\"`")?;
+    let depth_value = table.require("depth", "add `depth = \"depth.png\"`")?;
+    let (color, depth) = (numbered(&color_value, folder)?, numbered(&depth_value, folder)?);
+    if color.is_sequence() && !panorama.color.is_sequence() {
+        return Err(color_value.error(
+            "`color` is a sequence but the panorama is one picture",
+            "give the panorama `frames`, or leave [panorama] out",
+        ));
+    }
+    if depth.is_sequence() && !color.is_sequence() {
+        return Err(depth_value.error("`depth` is a sequence but `color` is one picture", "name one depth map"));
+    }
+    let z_in_metres = DepthFormat { kind: DepthKind::Z, ..DepthFormat::default() };
+    for other in ["fx", "fy", "cx", "cy"] {
+        table.exclusive("vfov", other, "keep `vfov`, or `fx`, `fy`, `cx` and `cy`")?;
+    }
+    let positive = |v: Value<'_>| v.number(|f| (1e-3..=1e6).contains(&f), "of pixels in [1e-3, 1e6]");
+    let anywhere = |v: Value<'_>| v.number(|c| c.abs() <= 1e6, "of pixels in [-1e6, 1e6]");
+    let focal = table.get("fx").map(positive).transpose()?;
+    let intrinsics = match focal {
+        Some(fx) => Intrinsics::Pixels {
+            focal: Vec2::new(fx, table.get("fy").map_or(Ok(fx), positive)?),
+            center: [table.get("cx").map(anywhere).transpose()?, table.get("cy").map(anywhere).transpose()?],
+        },
+        None => {
+            if let Some(value) = ["fy", "cx", "cy"].into_iter().find_map(|key| table.get(key)) {
+                return Err(value.error(format!("`{}` needs `fx`", value.key), "add `fx`, the focal length in pixels"));
+            }
+            let vfov = |v: Value<'_>| v.number(|d| d > 0.0 && d < 180.0, "of degrees between 0 and 180");
+            Intrinsics::Vfov(table.get("vfov").map_or(Ok(45.0), vfov)?)
+        }
+    };
+    for other in ["yaw", "pitch", "roll"] {
+        table.exclusive(other, "rotation", "keep `yaw`, `pitch` and `roll`, or `rotation`")?;
+    }
+    let degrees = |key| table.get(key).map_or(Ok(0.0), |v: Value<'_>| angle(&v));
+    let rotation = match table.get("rotation") {
+        Some(value) => quaternion(&value)?,
+        None => {
+            let roll = Quat::from_rotation_z(-degrees("roll")?.to_radians());
+            rotation_from_yaw_pitch(degrees("yaw")?, degrees("pitch")?) * roll
+        }
+    };
+    Ok(DepthCamera {
+        color,
+        depth,
+        depth_format: table.get("depth_format").map_or(Ok(z_in_metres), |v| depth_format(&v))?,
+        intrinsics,
+        position: table.get("position").map_or(Ok(panorama.position), |v| position(&v))?,
+        rotation,
+        exposure: table.get("exposure").map_or(Ok(1.0), |v| v.number(|e| (1e-6..=1e6).contains(&e), "in [1e-6, 1e6]"))?,
+        alone,
+    })
+}
+
 fn depth_format(value: &Value<'_>) -> Result<DepthFormat> {
     if value.is_string() {
         let presets = DepthFormat::PRESETS.map(|name| (name, name));
@@ -158,12 +264,37 @@ fn proxy(table: &Table<'_>, folder: &Path) -> Result<Proxy> {
     Ok(Proxy { shape, placement: placement(table, Placement::default())?, albedo })
 }
 
-fn object(table: &Table<'_>, folder: &Path) -> Result<Object> {
+fn markers(tables: &[Table<'_>]) -> Result<Vec<Marker>> {
+    let families = MARKER_FAMILIES.map(|name| (name, name));
+    let mut markers: Vec<Marker> = vec![];
+    for table in tables {
+        let value = table.require("id", "add `id = 0`, the number of the printed marker")?;
+        let id = value.integer(0..=65535)?;
+        if markers.iter().any(|marker| marker.id == id) {
+            return Err(value.error(format!("two markers have the id {id}"), "give each marker its own"));
+        }
+        let size = table.require("size", "add `size = 0.1`, the side of the black square in metres")?;
+        markers.push(Marker {
+            family: table.get("family").map_or(Ok(MARKER_FAMILIES[0]), |v| v.choice(&families))?,
+            id,
+            size: size.number(|s| s > 0.0 && s <= 1000.0, "of metres above 0, at most 1000")?,
+        });
+    }
+    Ok(markers)
+}
+
+fn object(table: &Table<'_>, folder: &Path, markers: &[Marker]) -> Result<Object> {
     let mesh = file(&table.require("mesh", "add `mesh = \"bunny.ply\"`")?, folder)?;
     let placement = placement(table, Placement::default())?;
     let material = table.get("material").map(|v| material(&v)).transpose()?;
     let keyframes = table.get("keyframes").map_or(Ok(vec![]), |v| keyframes(&v, placement))?;
-    Ok(Object { mesh, placement, material, keyframes })
+    let marker = table.get("marker").map(|v| Ok((v.integer(0..=65535)?, v))).transpose()?;
+    if let Some((id, value)) = marker.as_ref().filter(|(id, _)| !markers.iter().any(|marker| marker.id == *id)) {
+        let remedy = format!("add a [[marker]] with `id = {id}` and its `size`");
+        return Err(value.error(format!("there is no marker {id}"), remedy));
+    }
+    let marker = marker.map(|(id, _)| id);
+    Ok(Object { mesh, marker, placement, material, keyframes })
 }
 
 fn keyframes(value: &Value<'_>, rest: Placement) -> Result<Vec<Keyframe>> {
@@ -205,9 +336,21 @@ fn material(value: &Value<'_>) -> Result<Material> {
     })
 }
 
-fn view(table: &Table<'_>) -> Result<View> {
-    let kinds = [("panorama", false), ("perspective", true)];
-    let kind = if table.get("kind").map_or(Ok(false), |v| v.choice(&kinds))? {
+fn view(table: &Table<'_>, has_camera: bool) -> Result<View> {
+    let kinds =
+        [("panorama", ViewKind::Panorama), ("perspective", ViewKind::Perspective { vfov: 60.0 }), ("camera", ViewKind::Camera)];
+    let kind = table.get("kind").map(|v| Ok((v.choice(&kinds)?, v))).transpose()?;
+    if let Some((ViewKind::Camera, value)) = &kind {
+        if !has_camera {
+            return Err(value.error("there is no [camera] to look through", "add a [camera], or choose another kind"));
+        }
+        if let Some(value) = ["yaw", "pitch", "vfov", "size", "position"].into_iter().find_map(|key| table.get(key)) {
+            let problem = format!("the camera's own view has no `{}`", value.key);
+            return Err(value.error(problem, "leave it out, or choose `kind = \"perspective\"`"));
+        }
+        return Ok(View { kind: ViewKind::Camera, ..View::default() });
+    }
+    let kind = if matches!(kind, Some((ViewKind::Perspective { .. }, _))) {
         let vfov = table.get("vfov").map_or(Ok(60.0), |v| v.number(|d| d > 0.0 && d < 180.0, "of degrees between 0 and 180"))?;
         ViewKind::Perspective { vfov }
     } else if let Some(vfov) = table.get("vfov") {
@@ -234,10 +377,11 @@ fn view(table: &Table<'_>) -> Result<View> {
 fn render(table: &Table<'_>) -> Result<Render> {
     let default = Render::default();
     let methods = Method::ALL.map(|m| (m.name(), m));
+    let method = table.get("method").map_or(Ok(default.method), |v| v.choice(&methods))?;
     Ok(Render {
-        method: table.get("method").map_or(Ok(default.method), |v| v.choice(&methods))?,
+        method,
         samples: table.get("samples").map_or(Ok(default.samples), |v| v.integer(1..=Render::MAX_SAMPLES))?,
-        bounces: table.get("bounces").map_or(Ok(default.bounces), |v| v.integer(1..=Render::MAX_BOUNCES))?,
+        bounces: table.get("bounces").map_or(Ok(method.default_bounces()), |v| v.integer(1..=Render::MAX_BOUNCES))?,
     })
 }
 

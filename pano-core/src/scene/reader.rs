@@ -249,8 +249,8 @@ impl<'a> Value<'a> {
 fn describe(table: &str) -> String {
     match table {
         "" => "the scene file".into(),
-        "proxy" | "object" => format!("[[{table}]]"),
-        "panorama" | "view" | "render" => format!("[{table}]"),
+        "proxy" | "object" | "marker" => format!("[[{table}]]"),
+        "panorama" | "camera" | "view" | "render" => format!("[{table}]"),
         _ => format!("`{table}`"),
     }
 }

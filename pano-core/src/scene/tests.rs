@@ -99,6 +99,45 @@ fn every_key_arrives() {
     assert_eq!(camera.world_from_camera, rotation_from_yaw_pitch(13.6, -29.0));
 }
 
+const CAMERA: &str = "[panorama]\ncolor = 'a'\nposition = [1, 2, 3]\n[camera]\ncolor = 'c.png'\ndepth = 'd.png'\n";
+
+#[test]
+fn a_depth_camera_stands_beside_a_panorama_or_alone() {
+    let scene = parse(CAMERA);
+    let camera = scene.camera.as_ref().unwrap();
+    assert_eq!((camera.position, camera.rotation, camera.exposure), (Vec3::new(1.0, 2.0, 3.0), Quat::IDENTITY, 1.0));
+    assert_eq!((camera.intrinsics, camera.depth_format.kind, camera.alone), (Intrinsics::Vfov(45.0), DepthKind::Z, false));
+    // Its own view, pixel for pixel, unless something else is asked for.
+    assert_eq!(scene.view.kind, ViewKind::Camera);
+    assert_eq!(scene.camera((64, 48)), camera.camera((64, 48)));
+    assert_eq!(parse(&format!("{CAMERA}[view]\nkind = 'camera'")).view.kind, ViewKind::Camera);
+    let turned = parse(&format!("{CAMERA}[view]\nkind = 'perspective'")).camera((64, 48));
+    assert_eq!(turned.projection, Projection::Perspective { vfov: 60f32.to_radians() });
+
+    let keys = "depth_format = 'kinect'\nfx = 525\nfy = 520\ncx = 319.5\nposition = [0, 1, 0]\nyaw = 30\npitch = -20\nroll = 90\nexposure = 2";
+    let alone = parse(&format!("[camera]\ncolor = 'c_%04d.png'\ndepth = 'd_%04d.png'\n{keys}"));
+    let camera = alone.camera.as_ref().unwrap();
+    assert!(camera.alone && camera.color.is_sequence() && alone.panorama.color == camera.color);
+    assert_eq!((alone.panorama.position, camera.exposure), (Vec3::Y, 2.0));
+    assert_eq!(camera.depth_format, DepthFormat::preset("kinect").unwrap());
+    let seen = camera.camera((640, 480));
+    assert_eq!(seen.projection, Projection::Pinhole { focal: Vec2::new(525.0, 520.0), center: Vec2::new(319.5, 240.0) });
+    assert!(seen.direction(Vec2::new(319.5, 240.0)).distance(rotation_from_yaw_pitch(30.0, -20.0) * Vec3::NEG_Z) < 1e-6);
+    // Rolled clockwise by a quarter, what was up is to the left.
+    let up = rotation_from_yaw_pitch(30.0, -20.0) * Vec3::new(0.0, 0.1, -1.0);
+    let at = seen.pixel(up).unwrap();
+    assert!(at.x < 319.5 - 50.0 && (at.y - 240.0).abs() < 1e-2, "{at}");
+}
+
+#[test]
+fn objects_stand_on_markers() {
+    let text = "panorama.color = 'a'\n[[marker]]\nid = 3\nsize = 0.12\n[[marker]]\nfamily = 'tag25h9'\nid = 4\nsize = 0.2\n\
+        [[object]]\nmesh = 'm'\nmarker = 4\nposition = [0, 0.1, 0]\n[[object]]\nmesh = 'm'";
+    let scene = parse(text);
+    assert_eq!(scene.markers[0], Marker { family: "tag36h11", id: 3, size: 0.12 });
+    assert_eq!((scene.markers[1].family, scene.objects[0].marker, scene.objects[1].marker), ("tag25h9", Some(4), None));
+}
+
 #[test]
 fn the_least_scene_takes_the_defaults() {
     let scene = parse("panorama.color = 'a.png'");
@@ -194,7 +233,22 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("convention = ''", "''", "empty", "leave the key out"),
     ("depth_format = 'kiti'", "'kiti'", "unknown depth format", "`kitti`"),
     ("depth_format = { kind = 'w' }", "'w'", "unknown kind", "ray, z, disparity"),
-    ("[view]\nkind = 'fisheye'", "'fisheye'", "unknown kind", "panorama, perspective"),
+    ("[view]\nkind = 'fisheye'", "'fisheye'", "unknown kind", "panorama, perspective, camera"),
+    ("[view]\nkind = 'camera'", "'camera'", "no [camera]", "[camera]"),
+    ("[[marker]]\nsize = 1", "[[marker]]", "[[marker]] has no `id`", "number"),
+    ("[[marker]]\nid = 1", "[[marker]]", "[[marker]] has no `size`", "black square"),
+    ("[[marker]]\nid = 1\nsize = 0", "0", "`size` cannot be 0", "metres"),
+    ("[[marker]]\nid = 1\nsize = 1\nfamily = 'tag36h1'", "'tag36h1'", "unknown family", "tag36h1"),
+    ("[[marker]]\nid = 11\nsize = 1\n[[marker]]\nid = 11\nsize = 2", "11", "two markers have the id 11", "its own"),
+    ("[[object]]\nmesh = 'm'\nmarker = 7", "7", "there is no marker 7", "`id = 7`"),
+    ("[camera]\ndepth = 'd'", "[camera]", "[camera] has no `color`", "color"),
+    ("[camera]\ncolor = 'c'", "[camera]", "[camera] has no `depth`", "depth"),
+    ("[camera]\ncolor = 'c'\ndepth = 'd'\ncx = 3", "3", "`cx` needs `fx`", "focal length"),
+    ("[camera]\ncolor = 'c'\ndepth = 'd'\nfx = 0", "0", "`fx` cannot be 0", "pixels"),
+    ("[camera]\ncolor = 'c'\ndepth = 'd'\nvfov = 50\nfx = 300", "fx", "exclude", "keep `vfov`"),
+    ("[camera]\ncolor = 'c'\ndepth = 'd'\npitch = 5\nrotation = [0, 0, 0, 1]", "rotation", "exclude", "keep"),
+    ("[camera]\ncolor = 'c_%04d.png'\ndepth = 'd'", "'c_%04d.png'", "the panorama is one picture", "frames"),
+    ("[camera]\ncolor = 'c'\ndepth = 'd'\n[view]\nkind = 'camera'\nyaw = 3", "3", "own view has no `yaw`", "perspective"),
     ("[render]\nmethod = 'path'", "'path'", "unknown method `path`", "auto, iprt, dpt, mr360, rt2ar, ibl, onepass, twopass"),
     ("[render]\nmethod = 'DPT'", "'DPT'", "unknown method", "did you mean `dpt`?"),
     // Values.

@@ -5,7 +5,7 @@ use glam::Vec3;
 /// Unpolarised reflectance of a smooth dielectric boundary; `eta` is the index behind it over the index in front, `cos`
 /// the cosine of incidence in [0, 1]. 1 under total internal reflection.
 #[inline]
-pub(super) fn dielectric(cos: f32, eta: f32) -> f32 {
+pub(crate) fn dielectric(cos: f32, eta: f32) -> f32 {
     let cos = cos.clamp(0.0, 1.0);
     let sin2 = (1.0 - cos * cos) / (eta * eta);
     if sin2 >= 1.0 {
@@ -23,4 +23,13 @@ pub(super) fn schlick(f0: Vec3, share: f32, cos: f32) -> Vec3 {
     let m = (1.0 - cos).clamp(0.0, 1.0);
     let m2 = m * m;
     f0 + (Vec3::splat(share) - f0) * (m2 * m2 * m)
+}
+
+/// Reflectance at normal incidence of a real surface with full gloss: that of glass, varnish and water, about.
+const GLOSS_F0: f32 = 0.04;
+
+/// Schlick's reflectance of a real surface with full gloss.
+#[inline]
+pub(crate) fn gloss(cos: f32) -> f32 {
+    GLOSS_F0 + (1.0 - GLOSS_F0) * (1.0 - cos.clamp(0.0, 1.0)).powi(5)
 }

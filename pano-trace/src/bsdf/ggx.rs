@@ -20,20 +20,20 @@ fn lambda(z: f32, alpha: f32) -> f32 {
 
 /// G₁: share of microfacets seen from cosine `z`.
 #[inline]
-pub(super) fn masking(z: f32, alpha: f32) -> f32 {
+pub(crate) fn masking(z: f32, alpha: f32) -> f32 {
     1.0 / (1.0 + lambda(z, alpha))
 }
 
 /// G₂, height-correlated (Heitz 2014): share seen from both cosines.
 #[inline]
-pub(super) fn shadowing(o: f32, i: f32, alpha: f32) -> f32 {
+pub(crate) fn shadowing(o: f32, i: f32, alpha: f32) -> f32 {
     1.0 / (1.0 + lambda(o, alpha) + lambda(i, alpha))
 }
 
 /// A microfacet normal among those visible from `w` (z ≥ 0), by spherical caps (Dupuy & Benyoub 2023). Its density is
 /// D(h)·G₁(w)·⟨w, h⟩/w.z.
 #[inline]
-pub(super) fn sample_visible_normal(w: Vec3, alpha: f32, u: Vec2) -> Vec3 {
+pub(crate) fn sample_visible_normal(w: Vec3, alpha: f32, u: Vec2) -> Vec3 {
     let stretched = Vec3::new(w.x * alpha, w.y * alpha, w.z).normalize();
     let z = (1.0 - u.x) * (1.0 + stretched.z) - stretched.z;
     let (sin, cos) = (TAU * u.y).sin_cos();

@@ -12,7 +12,10 @@ mod ggx;
 
 pub use coat::CoatTable;
 
-use fresnel::{dielectric, schlick};
+pub(crate) use fresnel::{dielectric, gloss as gloss_fresnel};
+pub(crate) use ggx::{masking, sample_visible_normal, shadowing};
+
+use fresnel::schlick;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -205,7 +208,11 @@ impl<'a> Bsdf<'a> {
         let left = self.coat_table.map_or(1.0, |table| 1.0 - self.coat_shade * table.mean(self.alpha));
         let coat = self.coat_table.map_or(0.0, |table| table.albedo(self.alpha, cos));
         let (scale, bias) = split_sum(roughness, cos);
-        let specular = self.metal_f0 * scale + Vec3::splat(self.metal * bias) + self.coat * coat;
+        let specular = match roughness {
+            // A mirror reflects by the Fresnel term itself.
+            0.0 => self.reflectance(cos),
+            _ => self.metal_f0 * scale + Vec3::splat(self.metal * bias) + self.coat * coat,
+        };
         Lobes { diffuse: self.diffuse * left, specular, roughness, transmission: self.transmission }
     }
 

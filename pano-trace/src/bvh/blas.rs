@@ -62,7 +62,13 @@ impl Blas {
     /// The nearest face along the ray, whose direction may have any length.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<TriangleHit> {
-        let ray = to_obvhs(ray);
+        self.intersect_beyond(ray, 0.0)
+    }
+
+    /// The nearest face along the ray from `t_min` on.
+    #[inline]
+    pub fn intersect_beyond(&self, ray: &Ray, t_min: f32) -> Option<TriangleHit> {
+        let ray = to_obvhs(ray, t_min);
         let mut hit = RayHit::none();
         if !self.bvh.ray_traverse(ray, &mut hit, |ray, id| intersect(&self.triangles[id], ray)) {
             return None;
@@ -74,7 +80,7 @@ impl Blas {
     /// Whether any face lies on the ray.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        !self.bvh.ray_traverse_miss(to_obvhs(ray), |ray, id| intersect(&self.triangles[id], ray))
+        !self.bvh.ray_traverse_miss(to_obvhs(ray, 0.0), |ray, id| intersect(&self.triangles[id], ray))
     }
 }
 
@@ -94,6 +100,6 @@ fn intersect(triangle: &RtTriangle, ray: &obvhs::ray::Ray) -> f32 {
 
 /// As `obvhs` wants its rays. Its traversal expects finite boxes and directions; an infinite end is allowed.
 #[inline]
-pub(super) fn to_obvhs(ray: &Ray) -> obvhs::ray::Ray {
-    obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), 0.0, ray.t_max)
+pub(super) fn to_obvhs(ray: &Ray, t_min: f32) -> obvhs::ray::Ray {
+    obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), t_min, ray.t_max)
 }

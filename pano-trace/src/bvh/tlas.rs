@@ -66,13 +66,19 @@ impl Tlas {
     /// The nearest face along the ray.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<InstanceHit> {
+        self.intersect_beyond(ray, 0.0)
+    }
+
+    /// The nearest face along the ray from `t_min` on.
+    #[inline]
+    pub fn intersect_beyond(&self, ray: &Ray, t_min: f32) -> Option<InstanceHit> {
         let mut nearest = None;
         let Some(bvh) = &self.bvh else {
             let mut t_max = ray.t_max;
-            let slabs = to_obvhs(ray);
+            let slabs = to_obvhs(ray, t_min);
             for (i, instance) in self.instances.iter().enumerate() {
                 if instance.bounds.intersect_ray(&slabs) < t_max
-                    && let Some(hit) = instance.intersect(ray, t_max)
+                    && let Some(hit) = instance.intersect(ray, t_min, t_max)
                 {
                     t_max = hit.t;
                     nearest = Some(InstanceHit { instance: i as u32, hit });
@@ -80,9 +86,9 @@ impl Tlas {
             }
             return nearest;
         };
-        bvh.ray_traverse(to_obvhs(ray), &mut RayHit::none(), |clipped, id| {
+        bvh.ray_traverse(to_obvhs(ray, t_min), &mut RayHit::none(), |clipped, id| {
             let instance = bvh.primitive_indices[id];
-            match self.instances[instance as usize].intersect(ray, clipped.tmax) {
+            match self.instances[instance as usize].intersect(ray, t_min, clipped.tmax) {
                 Some(hit) => {
                     nearest = Some(InstanceHit { instance, hit });
                     hit.t
@@ -99,10 +105,10 @@ impl Tlas {
         let occludes = |instance: &Instance| instance.blas.occluded(&instance.to_mesh(ray, ray.t_max));
         match &self.bvh {
             None => {
-                let slabs = to_obvhs(ray);
+                let slabs = to_obvhs(ray, 0.0);
                 self.instances.iter().any(|i| i.bounds.intersect_ray(&slabs) < ray.t_max && occludes(i))
             }
-            Some(bvh) => !bvh.ray_traverse_miss(to_obvhs(ray), |_, id| {
+            Some(bvh) => !bvh.ray_traverse_miss(to_obvhs(ray, 0.0), |_, id| {
                 if occludes(&self.instances[bvh.primitive_indices[id] as usize]) { 0.0 } else { f32::INFINITY }
             }),
         }
@@ -121,7 +127,7 @@ impl Instance {
     }
 
     #[inline]
-    fn intersect(&self, ray: &Ray, t_max: f32) -> Option<TriangleHit> {
-        self.blas.intersect(&self.to_mesh(ray, t_max)).filter(|h| h.t < t_max)
+    fn intersect(&self, ray: &Ray, t_min: f32, t_max: f32) -> Option<TriangleHit> {
+        self.blas.intersect_beyond(&self.to_mesh(ray, t_max), t_min).filter(|h| h.t < t_max)
     }
 }

@@ -58,5 +58,12 @@ fn extended(camera: &Camera) -> Camera {
             let vfov = 2.0 * ((0.5 * vfov).tan() * height as f32 / camera.height as f32).atan();
             Camera { width, height, projection: Projection::Perspective { vfov }, ..*camera }
         }
+        Projection::Pinhole { focal, center } => {
+            let margin = |side: usize| (side as f32 * (EXTENSION - 1.0) / 2.0).ceil() as usize;
+            let (x, y) = (margin(camera.width), margin(camera.height));
+            let center = center + Vec2::new(x as f32, y as f32);
+            let (width, height) = (camera.width + 2 * x, camera.height + 2 * y);
+            Camera { width, height, projection: Projection::Pinhole { focal, center }, ..*camera }
+        }
     }
 }

@@ -2,21 +2,20 @@
 
 use super::frame::MAX_LIGHTS;
 use super::{Lighting, Params};
-use crate::bsdf::{Lobes, concentric_disc};
+use crate::bsdf::{Lobes, gloss_fresnel};
 use crate::bvh::{InstanceHit, Ray, offset_point};
+use crate::directions::{cap_direction, cosine_direction, lobe_direction};
 use crate::objects::Surface;
 use crate::tracer::{First, Scene, Tracer, Walk};
 use crate::world::{RealHit, RealWorld};
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use pano_core::light::DirectionalLight;
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 /// Reflections and refractions that a ray goes through: enough to enter and leave a hollow glass.
 const MAX_DEPTH: u32 = 6;
 /// Roughness of the map that tells what lies behind a blocker: half of what it shows comes from within 27°.
 const BEHIND_ROUGHNESS: f32 = 0.5;
-/// Reflectance at normal incidence of a real surface with full gloss: that of glass, varnish and water, about.
-const GLOSS_F0: f32 = 0.04;
 
 /// Everything the samples of a frame share.
 pub(super) struct Shader<'a, W> {
@@ -171,7 +170,7 @@ impl<W: RealWorld> Shader<'_, W> {
         let ray = Ray::new(origin, direction);
         walk.rays += 1;
         let Some(object) = self.tracer.objects.intersect(&ray) else { return Vec3::ZERO };
-        let fresnel = GLOSS_F0 + (1.0 - GLOSS_F0) * (1.0 - cos.clamp(0.0, 1.0)).powi(5);
+        let fresnel = gloss_fresnel(cos);
         let radiance = self.object(&ray, &object, 1, walk, &mut []);
         let behind = self.lighting.maps.specular(self.lighting.pano_from_world * direction, self.params.gloss_roughness);
         (radiance - behind) * (fresnel * self.params.gloss)
@@ -202,33 +201,4 @@ impl<W: RealWorld> Shader<'_, W> {
             });
         Sun { direction, intensity: source.intensity, visible }
     }
-}
-
-/// Uniform over the cap of directions about `axis`.
-fn cap_direction(axis: Vec3, cos_radius: f32, u: Vec2) -> Vec3 {
-    let z = 1.0 - u.x * (1.0 - cos_radius);
-    around(axis, z, u.y)
-}
-
-/// In proportion to the cosine to `normal`.
-fn cosine_direction(normal: Vec3, u: Vec2) -> Vec3 {
-    let disc = concentric_disc(u);
-    let (a, b) = normal.any_orthonormal_pair();
-    (a * disc.x + b * disc.y + normal * (1.0 - disc.length_squared()).max(0.0).sqrt()).normalize()
-}
-
-/// From the GGX lobe of that roughness about `axis`, as the convolved maps have it: half vectors about the axis.
-fn lobe_direction(axis: Vec3, roughness: f32, u: Vec2) -> Vec3 {
-    let alpha2 = roughness.powi(4);
-    let cos2 = (1.0 - u.x) / (1.0 + (alpha2 - 1.0) * u.x);
-    // The angle of the direction is twice that of the half vector; beyond 90° nothing is reflected.
-    around(axis, (2.0 * cos2 - 1.0).max(0.0), u.y)
-}
-
-/// The unit vector whose cosine to `axis` is `z`, turned about it.
-fn around(axis: Vec3, z: f32, turn: f32) -> Vec3 {
-    let (a, b) = axis.any_orthonormal_pair();
-    let (sin, cos) = (turn * TAU).sin_cos();
-    let r = (1.0 - z * z).max(0.0).sqrt();
-    (axis * z + (a * cos + b * sin) * r).normalize()
 }

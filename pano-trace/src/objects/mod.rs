@@ -4,7 +4,7 @@ mod emitters;
 mod surface;
 
 pub use emitters::EmitterSample;
-pub use surface::Surface;
+pub use surface::{Absorption, Body, Surface};
 
 use crate::bsdf::CoatTable;
 use crate::bvh::{Blas, InstanceHit, Ray, Tlas};
@@ -102,6 +102,7 @@ pub struct Objects {
     balls: Vec<Ball>,
     clusters: Vec<Ball>,
     emitters: Emitters,
+    transmit: bool,
 }
 
 impl Objects {
@@ -141,7 +142,8 @@ impl Objects {
         let balls: Vec<Ball> = placed.iter().map(ball_around).collect();
         let clusters = clustered(&balls);
         let emitters = Emitters::new(&placed);
-        Self { tlas, placed, balls, clusters, emitters }
+        let transmit = placed.iter().flat_map(|p| &p.materials).any(|m| m.material.transmission > 0.0);
+        Self { tlas, placed, balls, clusters, emitters, transmit }
     }
 
     /// Whether there are none.
@@ -165,10 +167,21 @@ impl Objects {
         self.tlas.intersect(ray)
     }
 
+    /// The nearest object along the ray from `t_min` on.
+    #[inline]
+    pub fn intersect_beyond(&self, ray: &Ray, t_min: f32) -> Option<InstanceHit> {
+        self.tlas.intersect_beyond(ray, t_min)
+    }
+
     /// Whether an object lies on the ray.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.tlas.occluded(ray)
+    }
+
+    /// Whether any object lets light through, at least in part.
+    pub fn transmit(&self) -> bool {
+        self.transmit
     }
 
     /// Whether any object shines.

@@ -5,6 +5,46 @@ use crate::bsdf::{Bsdf, BsdfParams};
 use crate::bvh::{InstanceHit, Ray};
 use glam::{Vec2, Vec3};
 
+/// What lies behind a surface that lets light in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Refractive index, ≥ 1.
+    pub ior: f32,
+    /// Share of the light that enters, each channel in [0, 1], reflection at the surface not counted.
+    pub factors: Vec3,
+    /// Share of the surface that is clear, [0, 1]: of it light is reflected without colour.
+    pub clear: f32,
+    /// A sheet instead of a body: light passes straight through.
+    pub thin: bool,
+    /// GGX width of the surface, [0, 1].
+    pub alpha: f32,
+    /// What the body takes away from the light.
+    pub absorption: Absorption,
+}
+
+/// Absorption along a way by Beer's law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Absorption {
+    /// Colour of white light after `distance`, [0, 1].
+    pub color: Vec3,
+    /// Metres; infinite for a clear body.
+    pub distance: f32,
+}
+
+impl Absorption {
+    /// None at all.
+    pub const NONE: Self = Self { color: Vec3::ONE, distance: f32::INFINITY };
+
+    /// What is left after `t` metres, [0, 1]. A channel of 0 stays 0 at any distance > 0.
+    pub fn transmittance(&self, t: f32) -> Vec3 {
+        if self.distance.is_finite() && self.distance > 0.0 {
+            self.color.clamp(Vec3::ZERO, Vec3::ONE).powf(t / self.distance)
+        } else {
+            Vec3::ONE
+        }
+    }
+}
+
 /// A point of a virtual object's surface, seen along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface<'a> {
@@ -18,6 +58,10 @@ pub struct Surface<'a> {
     pub transmittance: Vec3,
     /// Base colour, for filters.
     pub albedo: Vec3,
+    /// What the surface lets light into; `None`: nothing.
+    pub body: Option<Body>,
+    /// The ray came from the side that the geometric normal points to.
+    pub outside: bool,
 }
 
 impl<'a> Surface<'a> {
@@ -64,12 +108,8 @@ impl<'a> Surface<'a> {
             None => m.emissive,
         };
         let solid = m.transmission > 0.0 && !m.thin;
-        let transmittance = if solid && !outside && m.attenuation_distance.is_finite() && m.attenuation_distance > 0.0 {
-            // Beer's law; a channel of 0 stays 0 at any distance > 0.
-            m.attenuation_color.clamp(Vec3::ZERO, Vec3::ONE).powf(h.t / m.attenuation_distance)
-        } else {
-            Vec3::ONE
-        };
+        let absorption = Absorption { color: m.attenuation_color, distance: m.attenuation_distance };
+        let transmittance = if solid && !outside { absorption.transmittance(h.t) } else { Vec3::ONE };
         let params = BsdfParams {
             base_color,
             metallic: metallic.clamp(0.0, 1.0),
@@ -82,7 +122,16 @@ impl<'a> Surface<'a> {
             coat: compiled.coat.as_deref(),
         };
         let bsdf = Bsdf::new(&params, geometric, normal, -ray.direction);
-        Self { position, bsdf, emission, transmittance, albedo: base_color }
+        let clear = m.transmission * (1.0 - params.metallic);
+        let body = (clear > 0.0).then(|| Body {
+            ior: m.ior,
+            factors: base_color * clear,
+            clear,
+            thin: m.thin,
+            alpha: params.alpha,
+            absorption: if solid { absorption } else { Absorption::NONE },
+        });
+        Self { position, bsdf, emission, transmittance, albedo: base_color, body, outside }
     }
 }
 

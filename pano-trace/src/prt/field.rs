@@ -100,6 +100,13 @@ impl DepthField {
         Self { n, faces, back_faces: options.back_faces, max_steps: options.max_steps }
     }
 
+    /// With `inverse` planar depths at the (n + 1)² corners of the cells of one face, and nothing on the others.
+    pub(super) fn of_face(face: usize, inverse: Vec<f32>, n: usize, options: &FieldOptions) -> Self {
+        let mut faces: Vec<Face> = (0..6).map(|_| Face::nothing()).collect();
+        faces[face] = Face::new(inverse, n, options);
+        Self { n, faces, back_faces: options.back_faces, max_steps: options.max_steps }
+    }
+
     /// Whether direction `d` points into a cell at a gap or next to one.
     pub fn near_gap(&self, d: Vec3) -> bool {
         let (face, at) = face_from_direction(d);
@@ -198,6 +205,12 @@ impl Face {
         }
         face.pyramid = pyramid;
         face
+    }
+
+    /// A face that shows nothing; no ray looks at its samples.
+    fn nothing() -> Self {
+        let none = Range { min: 0.0, max: 0.0 };
+        Self { inverse: vec![], gap: vec![], gap_right: vec![], gap_below: vec![], pyramid: vec![vec![none]] }
     }
 
     /// Between which inverse depths the surface of a cell lies.

@@ -15,11 +15,15 @@ mod field;
 pub mod gpu;
 mod linear;
 mod march;
+mod perspective;
 mod slopes;
 
 pub use answer::{Answer, FieldHit, HiddenSide};
 pub use field::{DepthField, FieldOptions};
 pub use linear::march_linear;
+pub use perspective::{PerspectiveField, PerspectiveHit};
 
+#[cfg(test)]
+mod perspective_tests;
 #[cfg(test)]
 mod tests;

@@ -182,14 +182,19 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let ray = Ray::new(frame.camera.position, frame.camera.direction(center));
         let mut walk = Walk { sampler: Sampler::new(UVec2::ZERO, 0, frame.stream), rays: 0 };
         let first = self.first(&ray, Scene::Mixed, &mut walk);
-        let (depth, normal, albedo) = match &first {
+        (self.guides_of(&first, &ray), first)
+    }
+
+    /// The same of what `ray` has met.
+    pub(crate) fn guides_of(&self, first: &First, ray: &Ray) -> Pixel {
+        let (depth, normal, albedo) = match first {
             First::Infinity => (f32::INFINITY, Vec3::ZERO, Vec3::ZERO),
             First::Real(hit) => (hit.t, hit.normal, self.world.reflectance(hit)),
             First::Object(hit) => {
-                let surface = self.objects.surface(&ray, hit);
+                let surface = self.objects.surface(ray, hit);
                 (hit.hit.t, surface.bsdf.normal(), surface.albedo)
             }
         };
-        (Pixel { object: Vec3::ZERO, coverage: 0.0, delta: Vec3::ZERO, depth, normal, albedo }, first)
+        Pixel { object: Vec3::ZERO, coverage: 0.0, delta: Vec3::ZERO, depth, normal, albedo }
     }
 }

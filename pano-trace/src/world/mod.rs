@@ -1,12 +1,19 @@
 //! The real world as rays see it: surfaces that receive and block light, and what infinity shows.
 //!
-//! Two worlds exist: [`ProxyWorld`], known geometry under an environment at infinity (DPT's local scene, RT²AR's ghosts),
-//! and [`CapturedWorld`], the radiance field that a panorama with depth has captured.
+//! Three worlds exist: [`ProxyWorld`], known geometry under an environment at infinity (DPT's local scene, RT²AR's ghosts);
+//! [`CapturedWorld`], the radiance field that a panorama with depth has captured; and [`CameraWorld`], what a depth camera has
+//! seen. A [`LayeredWorld`] is several of them together.
 
+mod camera;
 mod captured;
+mod layered;
 mod proxy;
+#[cfg(test)]
+mod tests;
 
+pub use camera::CameraWorld;
 pub use captured::{CapturedOptions, CapturedWorld};
+pub use layered::LayeredWorld;
 pub use proxy::{Proxy, ProxyShape, ProxyWorld, Reflectance};
 
 use crate::bvh::Ray;
@@ -70,7 +77,7 @@ impl Environment<'_> {
 }
 
 /// What rays can ask the real world.
-pub trait RealWorld: Sync {
+pub trait RealWorld: std::fmt::Debug + Sync {
     /// The nearest real surface on the ray.
     fn hit(&self, ray: &Ray) -> Option<RealHit>;
 
@@ -86,6 +93,12 @@ pub trait RealWorld: Sync {
 
     /// Diffuse reflectance at a hit.
     fn reflectance(&self, hit: &RealHit) -> Vec3;
+
+    /// The radiance that the picture shows of a hit, where it is the picture that tells what the surface is made of; `None`
+    /// for geometry of known reflectance, which is to be shaded.
+    fn pictured(&self, hit: &RealHit) -> Option<Vec3> {
+        hit.radiance
+    }
 
     /// Luminance at a hit beyond what the largest diffuse reflectance could send out: a lamp's own light, or a mirror image.
     fn beyond_diffuse(&self, hit: &RealHit) -> f32 {

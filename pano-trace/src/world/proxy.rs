@@ -165,6 +165,13 @@ impl RealWorld for ProxyWorld {
         }
     }
 
+    fn pictured(&self, hit: &RealHit) -> Option<Vec3> {
+        match self.reflectances[hit.surface as usize] {
+            Reflectance::Known(_) => None,
+            Reflectance::FromPicture { .. } => Some(self.environment().look(hit.position - self.capture)),
+        }
+    }
+
     #[inline]
     fn sample_light(&self, _from: Vec3, u: Vec2) -> Option<LightSample> {
         Some(LightSample { direction: self.environment().sample(u)?, target: None })

@@ -42,9 +42,13 @@ fn check_view(got: &RadianceImage, want: &RadianceImage, camera: &Camera, turn: 
 
 fn views_equal_the_cpu(device: &Gpu) {
     let angles = (-400.0f32..400.0, prop_oneof![Just(90.0f32), Just(-90.0), -90.0f32..90.0], -180.0f32..180.0);
-    property(60, (sizes(), sizes(), any::<u32>(), any::<bool>(), angles), |(size, view, seed, whole, (yaw, pitch, heading))| {
+    property(60, (sizes(), sizes(), any::<u32>(), 0..3, angles), |(size, view, seed, kind, (yaw, pitch, heading))| {
         let panorama = noise(size, seed);
-        let projection = if whole { Projection::Panorama } else { Projection::Perspective { vfov: 1.7 } };
+        let projection = match kind {
+            0 => Projection::Perspective { vfov: 1.7 },
+            1 => Projection::Pinhole { focal: Vec2::new(9.0, 7.0), center: Vec2::new(3.2, 8.9) },
+            _ => Projection::Panorama,
+        };
         let (camera, turn) = (camera(projection, view, yaw, pitch), rotation_from_yaw_pitch(heading, 11.0));
         let (mut got, mut want) = (Image::filled(view.0, view.1, Vec3::ZERO), Image::filled(view.0, view.1, Vec3::ZERO));
         gpu::view_from_panorama(device, &panorama, turn, &camera, &mut got).unwrap();

@@ -24,8 +24,9 @@ pub(super) struct DepthInfo {
     range: Option<[f32; 3]>,
 }
 
-/// Reads a depth map and lists its problems. Without a `format`, values are taken as metres.
-pub(super) fn inspect(path: &Path, format: Option<&DepthFormat>) -> Result<FileInfo> {
+/// Reads the depth map of a panorama, or of a depth camera, and lists its problems. Without a `format`, values are taken as
+/// metres.
+pub(super) fn inspect(path: &Path, format: Option<&DepthFormat>, panorama: bool) -> Result<FileInfo> {
     let mut given = format.cloned().unwrap_or_default();
     // Distances along an axis need the camera; their own range says enough here.
     if given.kind == DepthKind::Z {
@@ -35,7 +36,7 @@ pub(super) fn inspect(path: &Path, format: Option<&DepthFormat>) -> Result<FileI
     let (width, height) = depth.size();
     let DepthStats { valid_share, range } = DepthStats::of(&depth);
     let mut problems = vec![];
-    if width != 2 * height {
+    if panorama && width != 2 * height {
         problems.push(format!("is {width}×{height}, not twice as wide as high: no whole panorama"));
     }
     match range {

@@ -86,7 +86,7 @@ fn inspect(path: &Path, depth_format: Option<&DepthFormat>) -> Result<FileInfo> 
     match extension.as_str() {
         "toml" => scene::inspect(path),
         "ply" | "obj" | "gltf" | "glb" => mesh::inspect(path).map(|(info, _)| info),
-        _ if is_depth(path) => depth::inspect(path, depth_format),
+        _ if is_depth(path) => depth::inspect(path, depth_format, true),
         _ => picture::inspect(path),
     }
 }

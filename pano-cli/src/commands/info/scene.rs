@@ -56,9 +56,17 @@ pub(super) fn inspect(path: &Path) -> Result<FileInfo> {
     let first = frames.as_ref().map_or(Some(0), |frames| frames.first().copied());
     if let Some(first) = first {
         let color = scene.panorama.color.path(first);
-        add("panorama.color", &color, picture::inspect(&color));
+        let role = if scene.camera.as_ref().is_some_and(|camera| camera.alone) { "camera.color" } else { "panorama.color" };
+        add(role, &color, picture::inspect(&color));
         if let Some(depth) = scene.panorama.depth.as_ref().map(|depth| depth.path(first)) {
-            add("panorama.depth", &depth, depth::inspect(&depth, Some(&scene.panorama.depth_format)));
+            add("panorama.depth", &depth, depth::inspect(&depth, Some(&scene.panorama.depth_format), true));
+        }
+        if let Some(camera) = &scene.camera {
+            let (color, depth) = (camera.color.path(first), camera.depth.path(first));
+            if !camera.alone {
+                add("camera.color", &color, picture::inspect(&color));
+            }
+            add("camera.depth", &depth, depth::inspect(&depth, Some(&camera.depth_format), false));
         }
     }
     for (i, proxy) in scene.proxies.iter().enumerate() {
@@ -78,7 +86,11 @@ pub(super) fn inspect(path: &Path) -> Result<FileInfo> {
         method: scene.render.method.name(),
         samples: scene.render.samples,
         bounces: scene.render.bounces,
-        view: if scene.view.kind == ViewKind::Panorama { "panorama" } else { "perspective" },
+        view: match scene.view.kind {
+            ViewKind::Panorama => "panorama",
+            ViewKind::Perspective { .. } => "perspective",
+            ViewKind::Camera => "camera",
+        },
         size: scene.view.size,
         frames: frames.map(|frames| frames.len()),
         proxies: scene.proxies.len(),
@@ -99,12 +111,12 @@ fn scene_problems(scene: &Scene, parts: &[Part]) -> Vec<String> {
         problems.push("has no [[object]]: the output will be the photo".into());
     }
     let p = &scene.panorama;
-    if p.depth.is_none() && scene.proxies.is_empty() && p.camera_height.is_none() {
+    if p.depth.is_none() && scene.camera.is_none() && scene.proxies.is_empty() && p.camera_height.is_none() {
         let remedy = "give `depth`, a [[proxy]] or `camera_height`";
         problems.push(format!("nothing is known of the place, so that no shadow can fall: {remedy}"));
     }
     let depth_size = parts.iter().find_map(|part| match &part.info.content {
-        Content::Depth(info) if !info.equirectangular => Some(info.size()),
+        Content::Depth(info) if !info.equirectangular && part.role == "panorama.depth" => Some(info.size()),
         _ => None,
     });
     if let Some((w, h)) = depth_size {

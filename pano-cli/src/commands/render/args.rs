@@ -62,7 +62,13 @@ pub(crate) struct Args {
 impl Args {
     /// Puts the arguments over the scene's own.
     pub(super) fn apply(&self, render: &mut Render) {
-        render.method = self.method.unwrap_or(render.method);
+        if let Some(method) = self.method {
+            // A scene that says nothing of bounces has the default of its own method.
+            if render.bounces == render.method.default_bounces() {
+                render.bounces = method.default_bounces();
+            }
+            render.method = method;
+        }
         render.samples = self.samples.unwrap_or(render.samples);
         render.bounces = self.bounces.unwrap_or(render.bounces);
     }

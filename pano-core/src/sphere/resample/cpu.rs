@@ -120,7 +120,7 @@ pub(super) fn panorama_from_view(
 }
 
 /// What the view shows in the world's direction `d`.
-fn look_up(view: &RadianceImage, camera: &Camera, d: Vec3) -> Option<Vec3> {
+pub(super) fn look_up(view: &RadianceImage, camera: &Camera, d: Vec3) -> Option<Vec3> {
     let at = camera.pixel(d)?;
     let size = Vec2::new(camera.width as f32, camera.height as f32);
     if camera.projection == Projection::Panorama {

@@ -5,10 +5,10 @@
 //! sphere is left to the CPU: no method of a frame does it.
 
 use super::{check_size, columns_to_roll, cpu};
-use crate::camera::{Camera, Projection};
+use crate::camera::Camera;
 use crate::gpu::{Gpu, GpuBuffer, GpuImage, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization};
 use crate::image::RadianceImage;
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 
 crate::uniform! {
     /// `Resample` of the shader.
@@ -16,10 +16,12 @@ crate::uniform! {
         view: Rows,
         panorama: Rows,
         turn: [f32; 4],
-        scale: f32,
+        focal: [f32; 2],
+        center: [f32; 2],
         band: u32,
         keep_first: u32,
         keep_count: u32,
+        unused: u32,
     }
 }
 
@@ -35,12 +37,16 @@ pub static SHADER: Shader = Shader {
     ],
 };
 
+/// What a panorama has.
+const NO_INTRINSICS: (Vec2, Vec2) = (Vec2::ONE, Vec2::ZERO);
+
 /// A step of [`SHADER`], for each band of the panorama.
 struct Step<'a> {
     entry: &'static str,
     constants: &'a [(&'static str, f64)],
     turn: Quat,
-    scale: f32,
+    /// Of a perspective view: focal lengths and optical axis in pixels.
+    intrinsics: (Vec2, Vec2),
     /// The lists of shrinking.
     lists: Option<(&'a GpuBuffer, &'a GpuBuffer)>,
 }
@@ -53,10 +59,12 @@ impl Step<'_> {
             view,
             panorama,
             turn: self.turn.to_array(),
-            scale: self.scale,
+            focal: self.intrinsics.0.to_array(),
+            center: self.intrinsics.1.to_array(),
             band: u32::from(!first),
             keep_first: panorama.first,
             keep_count: panorama.count,
+            unused: 0,
         };
         let mut buffers = vec![(1, band.buffer()), (2, out.buffer())];
         buffers.extend(self.lists.into_iter().flat_map(|(slices, starts)| [(3, slices), (4, starts)]));
@@ -85,12 +93,12 @@ impl Step<'_> {
 /// # Errors
 /// What has become of the device.
 pub fn look_up(gpu: &Gpu, panorama: &RadianceImage, world_from_pano: Quat, camera: &Camera) -> GpuResult<GpuImage<Vec3>> {
-    let (projection, scale) = match camera.projection {
-        Projection::Perspective { vfov } => (0.0, 2.0 * (0.5 * vfov).tan() / camera.height as f32),
-        Projection::Panorama => (1.0, 0.0),
+    let (projection, intrinsics) = match camera.intrinsics() {
+        Some(intrinsics) => (0.0, intrinsics),
+        None => (1.0, NO_INTRINSICS),
     };
     let turn = world_from_pano.inverse() * camera.world_from_camera;
-    let step = Step { entry: "look_up", constants: &[("PROJECTION", projection)], turn, scale, lists: None };
+    let step = Step { entry: "look_up", constants: &[("PROJECTION", projection)], turn, intrinsics, lists: None };
     step.run(gpu, panorama, Ok, (camera.width, camera.height))
 }
 
@@ -125,7 +133,13 @@ pub fn resize(
     size: (usize, usize),
 ) -> GpuResult<GpuImage<Vec3>> {
     let smaller = (panorama.width().min(size.0), panorama.height().min(size.1));
-    let enlarge = Step { entry: "look_up", constants: &[("PROJECTION", 2.0)], turn: Quat::IDENTITY, scale: 0.0, lists: None };
+    let enlarge = Step {
+        entry: "look_up",
+        constants: &[("PROJECTION", 2.0)],
+        turn: Quat::IDENTITY,
+        intrinsics: NO_INTRINSICS,
+        lists: None,
+    };
     if smaller == panorama.size() {
         return enlarge.run(gpu, panorama, map, size);
     }
@@ -136,7 +150,7 @@ pub fn resize(
     }
     let (slices, starts) = (gpu.upload_slice(&slices)?, gpu.upload_slice(&starts)?);
     let lists = Some((&slices, &starts));
-    let shrink = Step { entry: "shrink", constants: &[], turn: Quat::IDENTITY, scale: 0.0, lists };
+    let shrink = Step { entry: "shrink", constants: &[], turn: Quat::IDENTITY, intrinsics: NO_INTRINSICS, lists };
     let small = shrink.run(gpu, panorama, map, smaller)?;
     if smaller == size {
         return Ok(small);

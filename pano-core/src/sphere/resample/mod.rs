@@ -92,6 +92,13 @@ pub fn panorama_from_view(
     Ok(())
 }
 
+/// What a camera's picture shows in world direction `d` from its own place, bilinear between the centres of pixels; `None`
+/// outside the picture. `view` must be of the camera's size.
+#[inline]
+pub fn look_up_view(view: &RadianceImage, camera: &Camera, d: Vec3) -> Option<Vec3> {
+    cpu::look_up(view, camera, d)
+}
+
 /// That a picture is of the size its camera says.
 fn check_size(what: &str, image: &RadianceImage, camera: &Camera) -> Result<()> {
     if image.size() == (camera.width, camera.height) {

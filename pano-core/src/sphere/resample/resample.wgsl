@@ -14,13 +14,15 @@ struct Resample {
     panorama: Rows,
     // Quaternion from the camera's frame into the panorama's.
     turn: vec4f,
-    // Perspective: size of a pixel at distance 1.
-    scale: f32,
+    // Perspective: focal lengths and optical axis in pixels.
+    focal: vec2f,
+    center: vec2f,
     // 0 for the panorama's first band.
     band: u32,
     // Rows of the panorama that this band alone counts.
     keep_first: u32,
     keep_count: u32,
+    unused: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Resample;
@@ -75,7 +77,8 @@ fn lookup_at(texel: vec2i) -> vec2f {
     if PROJECTION == UNTURNED {
         return at / size;
     }
-    var direction = vec3f((at.x - 0.5 * size.x) * params.scale, (0.5 * size.y - at.y) * params.scale, -1.0);
+    let off = (at - params.center) / params.focal;
+    var direction = vec3f(off.x, -off.y, -1.0);
     if PROJECTION == PANORAMA {
         direction = direction_from_uv(at / size);
     }

@@ -149,6 +149,7 @@ fn a_view_goes_back_to_where_it_was_seen() {
                 let a = b * 160.0 / 120.0;
                 4.0 * (a * b / ((1.0 + a * a) * (1.0 + b * b)).sqrt()).asin()
             }
+            Projection::Pinhole { .. } => unreachable!("none is in the list"),
         };
         assert!((seen / want - 1.0).abs() < 0.02, "{projection:?}: {seen} of {want} sr");
     }

@@ -43,10 +43,10 @@ const HIDDEN_SIDE: u32 = 1;
 /// Columns of the table that light is sampled from; finer ones miss the cache and gain nothing measurable.
 const LIGHT_TABLE_WIDTH: usize = 512;
 /// Rays that start nearer than this to the capture point are the panorama's own; metres.
-const AT_CAPTURE: f32 = 1e-4;
+pub(super) const AT_CAPTURE: f32 = 1e-4;
 /// How far above its surface a ray starts, as a share of the distance to the capture point. The surface meets itself
 /// exactly, so this only has to cover rounding.
-const LEAVE: f32 = 5e-4;
+pub(super) const LEAVE: f32 = 5e-4;
 
 /// A panorama with depth as a world of rays.
 #[derive(Clone, Debug)]

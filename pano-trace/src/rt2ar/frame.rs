@@ -1,0 +1,203 @@
+//! A whole frame: pixels, then those again that their neighbours cast doubt on.
+
+use super::lights::{Pattern, SphericalLight};
+use super::shade::{Path, Shader, Trail};
+use super::shadow::{Real, Verdicts};
+use super::{Lighting, MAX_SHADOW_SAMPLES, PROBES, Params, Shadow};
+use crate::bvh::Ray;
+use crate::tracer::{First, Frame, Pixel, TraceParams, Traced, Tracer, Walk, layers, pixels};
+use crate::world::RealWorld;
+use glam::{UVec2, Vec2, Vec3};
+use pano_core::image::Image;
+use pano_core::progress::Progress;
+use pano_core::random::Sampler;
+use rayon::prelude::*;
+
+/// Most lights that are traced, and most shadow layers. Detection keeps the strongest that give 90 % of the light; behind the
+/// sixteenth of them no shadow is seen.
+pub(super) const MAX_LIGHTS: usize = 16;
+
+/// Points of a light for which a glossy surface is asked how it responds: a highlight is as round as it gets.
+const RESPONSES: u32 = 12;
+
+/// A frame, with its shadows.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// Its layers.
+    pub traced: Traced,
+    /// Per light the share of it that reaches what the pixel shows, [0, 1]; 0 on surfaces of objects that face away, 1 where
+    /// nothing is.
+    pub shadows: Vec<Image<f32>>,
+    /// Pixels that show a penumbra: samples of one light have disagreed there.
+    pub penumbra: Image<bool>,
+    /// Rays towards lights, of those in [`Traced::rays`].
+    pub shadow_rays: u64,
+    /// Pixels that got all samples because a neighbour had found a penumbra or another answer.
+    pub doubted: u64,
+}
+
+/// Traces a frame on the CPU, rows in parallel; the result does not depend on the number of threads. `lights` are
+/// [`super::place_lights`]'. `None` if `progress` cancels.
+pub fn render<W: RealWorld>(
+    frame: &Frame<'_>,
+    world: &W,
+    lighting: &Lighting,
+    lights: &[SphericalLight],
+    params: &Params<'_>,
+    progress: &dyn Progress,
+) -> Option<Rendered> {
+    let camera = frame.camera;
+    let samples = if params.shadow == Shadow::Hard { 1 } else { params.shadow_samples.clamp(1, MAX_SHADOW_SAMPLES) };
+    let lights = &lights[..lights.len().min(MAX_LIGHTS)];
+    // The tracer is asked for first hits only.
+    let trace = TraceParams { samples: params.samples, ..TraceParams::default() };
+    let pattern = Pattern::new(samples, params.probes.clamp(PROBES[0], PROBES[1]));
+    let response = Pattern::new(samples.min(RESPONSES), PROBES[0]);
+    let tracer = Tracer { objects: frame.objects, world, params: &trace };
+    let shader = Shader { tracer, lighting, lights, pattern, response, params };
+    let mut traced = pixels(camera, progress, |at| shader.pixel(frame, at, false))?;
+    let mut doubted = 0;
+    if params.shadows && params.shadow == Shadow::Adaptive && params.spread {
+        let mut thorough = vec![false; traced.len()];
+        loop {
+            let again = in_doubt(&traced, (camera.width, camera.height), &thorough);
+            if again.is_empty() {
+                break;
+            }
+            doubted += again.len() as u64;
+            let redo = |&i: &usize| {
+                let at = UVec2::new((i % camera.width) as u32, (i / camera.width) as u32);
+                if progress.cancelled() { None } else { Some((i, shader.pixel(frame, at, true))) }
+            };
+            let found: Option<Vec<_>> = again.par_iter().map(redo).collect();
+            for (i, mut pixel) in found? {
+                (pixel.rays, pixel.shadow_rays) = (pixel.rays + traced[i].rays, pixel.shadow_rays + traced[i].shadow_rays);
+                thorough[i] = true;
+                traced[i] = pixel;
+            }
+        }
+    }
+    let image =
+        |value: &dyn Fn(&Shaded) -> f32| Image::from_fn(camera.width, camera.height, |x, y| value(&traced[y * camera.width + x]));
+    let shadows = (0..lights.len()).map(|light| image(&|p| p.shadows[light])).collect();
+    let penumbra = Image::from_fn(camera.width, camera.height, |x, y| traced[y * camera.width + x].verdicts.penumbra != 0);
+    let layers = layers(camera, traced.iter().map(|p| &p.pixel));
+    let total = |of: fn(&Shaded) -> u64| traced.iter().map(of).sum();
+    let shadow_rays = total(|p| p.shadow_rays);
+    Some(Rendered {
+        traced: Traced { layers, rays: total(|p| p.rays) + shadow_rays, discarded: total(|p| p.discarded) },
+        shadows,
+        penumbra,
+        shadow_rays,
+        doubted,
+    })
+}
+
+/// Pixels, not yet `thorough`, whose probes agreed on a light about which a neighbour knows of a penumbra or of another answer.
+fn in_doubt(traced: &[Shaded], (w, h): (usize, usize), thorough: &[bool]) -> Vec<usize> {
+    let doubted = |i: usize| {
+        let (x, y) = (i % w, i / w);
+        let mut around = Verdicts::default();
+        for ny in y.saturating_sub(1)..(y + 2).min(h) {
+            for nx in x.saturating_sub(1)..(x + 2).min(w) {
+                around.join(traced[ny * w + nx].verdicts);
+            }
+        }
+        traced[i].verdicts.doubted_by(&around)
+    };
+    (0..traced.len()).into_par_iter().filter(|&i| !thorough[i] && doubted(i)).collect()
+}
+
+/// A pixel and what it cost.
+struct Shaded {
+    pixel: Pixel,
+    shadows: [f32; MAX_LIGHTS],
+    verdicts: Verdicts,
+    rays: u64,
+    shadow_rays: u64,
+    discarded: u64,
+}
+
+impl<W: RealWorld> Shader<'_, W> {
+    fn pixel(&self, frame: &Frame<'_>, at: UVec2, thorough: bool) -> Shaded {
+        let corner = Vec2::new(at.x as f32, at.y as f32);
+        let look = self.tracer.may_see_objects(frame.camera, corner);
+        let photo = self.params.photo.get(at.x as usize, at.y as usize);
+        let (mut object, mut delta, mut covered) = (Vec3::ZERO, Vec3::ZERO, 0u32);
+        let (guides, center) = self.guides(frame, corner + 0.5, look);
+        // Where nothing can change, one more look, somewhere else in the pixel, makes sure.
+        let quiet = !look && !self.may_change(&center);
+        let mut shaded = Shaded {
+            pixel: guides,
+            shadows: [0.0; MAX_LIGHTS],
+            verdicts: Verdicts::default(),
+            rays: 0,
+            shadow_rays: 0,
+            discarded: 0,
+        };
+        let mut taken = 0;
+        for index in 0..self.params.samples {
+            taken += 1;
+            let mut trail = Trail {
+                walk: Walk { sampler: Sampler::new(at, index, frame.stream), rays: 0 },
+                shadow_rays: 0,
+                thorough,
+                verdicts: Verdicts::default(),
+                reached: [0.0; MAX_LIGHTS],
+            };
+            let [jx, jy, pick, _] = trail.walk.sampler.next_4d();
+            let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + Vec2::new(jx, jy)));
+            let mut path = Path::primary();
+            let met = self.meet(&ray, path.media, look, &mut trail);
+            path.media = met.media;
+            let (sum, value) = match met.first {
+                First::Infinity => {
+                    trail.reached = [1.0; MAX_LIGHTS];
+                    (&mut delta, Vec3::ZERO)
+                }
+                First::Object(hit) => {
+                    covered += 1;
+                    (&mut object, met.left * self.object(&ray, &hit, path, &mut trail))
+                }
+                First::Real(hit) => {
+                    trail.reached = [1.0; MAX_LIGHTS];
+                    let hit = self.tracer.world.shown_surface(hit, ray.direction, pick);
+                    let change = self.change(&ray, &hit, Real::IfObjectsDo, path, &mut trail);
+                    (&mut delta, change.of(photo, self.params.reflectance_cap))
+                }
+            };
+            shaded.rays += trail.walk.rays;
+            shaded.shadow_rays += trail.shadow_rays;
+            shaded.verdicts.join(trail.verdicts);
+            shaded.shadows.iter_mut().zip(trail.reached).for_each(|(sum, reached)| *sum += reached);
+            if value.is_finite() {
+                *sum += value;
+            } else {
+                shaded.discarded += 1;
+            }
+            if quiet && index == 0 && value == Vec3::ZERO {
+                break;
+            }
+        }
+        let share = 1.0 / taken.max(1) as f32;
+        shaded.pixel.object = object * share;
+        shaded.pixel.delta = delta * share;
+        shaded.pixel.coverage = covered as f32 * share;
+        shaded.shadows.iter_mut().for_each(|sum| *sum *= share);
+        shaded
+    }
+
+    /// What filters are guided by, and what is there, at the pixel's centre.
+    fn guides(&self, frame: &Frame<'_>, center: Vec2, look: bool) -> (Pixel, First) {
+        let ray = Ray::new(frame.camera.position, frame.camera.direction(center));
+        let mut trail = Trail {
+            walk: Walk { sampler: Sampler::new(UVec2::ZERO, 0, frame.stream), rays: 0 },
+            shadow_rays: 0,
+            thorough: false,
+            verdicts: Verdicts::default(),
+            reached: [0.0; MAX_LIGHTS],
+        };
+        let met = self.meet(&ray, Path::primary().media, look, &mut trail);
+        (self.tracer.guides_of(&met.first, &ray), met.first)
+    }
+}

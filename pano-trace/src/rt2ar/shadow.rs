@@ -1,0 +1,295 @@
+//! What of a light reaches a point: hard, soft and adaptive soft shadows (section IV.E), through clear bodies, too.
+
+use super::lights::{SphericalLight, Toward};
+use super::media::{Media, reflectance};
+use super::shade::{MAX_CROSSED, Shader, Trail, just_beyond};
+use super::{MAX_SHADOW_SAMPLES, Params, Shadow};
+use crate::bvh::Ray;
+use crate::objects::Ball;
+use crate::tracer::First;
+use crate::world::RealWorld;
+use glam::{Vec2, Vec3};
+
+/// Values of probes that differ by less are alike: a step in 8 bits.
+const ALIKE: f32 = 1.0 / 256.0;
+
+/// A light at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lit {
+    /// Share of it that real surfaces let through; 1 where that was not asked.
+    pub(super) open: f32,
+    /// Share of it, per channel, that arrives past real surfaces and objects.
+    pub(super) reaches: Vec3,
+}
+
+impl Lit {
+    pub(super) const FULLY: Self = Self { open: 1.0, reaches: Vec3::ONE };
+}
+
+/// When it is asked what real surfaces let through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Real {
+    /// For each sample that gets past the objects.
+    Blocks,
+    /// Only if an object is in the way of a probe.
+    IfObjectsDo,
+    /// For each sample, whatever the objects do.
+    Always,
+}
+
+/// A point that is lit.
+#[derive(Clone, Copy)]
+pub(super) struct Lightable<F> {
+    /// The point itself.
+    pub(super) position: Vec3,
+    /// Where a ray in a direction leaves it.
+    pub(super) from: F,
+    /// Unit normal: light from below its horizon does not count.
+    pub(super) normal: Vec3,
+    /// It is what a pixel shows, not what something shows of it.
+    pub(super) shown: bool,
+}
+
+/// By how much the samples of each light are turned at one point. The number is drawn whatever follows, so that a shadow does
+/// not change the numbers of what comes after it.
+#[derive(Clone, Copy)]
+pub(super) struct Turns(f32);
+
+impl Turns {
+    pub(super) fn new(trail: &mut Trail) -> Self {
+        Self(trail.walk.sampler.next_1d())
+    }
+
+    /// Of light number `light`: one number serves all, each a golden share of a turn on.
+    pub(super) fn of(self, light: usize) -> Vec2 {
+        const GOLDEN: f32 = 0.618_034;
+        Vec2::from_angle((self.0 + GOLDEN * light as f32) * std::f32::consts::TAU)
+    }
+}
+
+/// What the samples of one light have found at pixels' first hits, as bits per light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Verdicts {
+    pub(super) bright: u32,
+    pub(super) dark: u32,
+    /// Samples of one point have disagreed.
+    pub(super) penumbra: u32,
+}
+
+impl Verdicts {
+    pub(super) fn join(&mut self, other: Self) {
+        self.bright |= other.bright;
+        self.dark |= other.dark;
+        self.penumbra |= other.penumbra;
+    }
+
+    /// The lights about which the neighbours say something that the probes here have not seen.
+    pub(super) fn doubted_by(&self, neighbours: &Self) -> bool {
+        let agreed = (self.bright | self.dark) & !self.penumbra;
+        let other_side = (self.bright & neighbours.dark) | (self.dark & neighbours.bright);
+        agreed & (neighbours.penumbra | other_side) != 0
+    }
+}
+
+impl<W: RealWorld> Shader<'_, W> {
+    /// What of light number `light`, seen as `toward`, reaches a point in `media`; the light's samples are turned by `turn`.
+    pub(super) fn lit(
+        &self,
+        light: usize,
+        toward: &Toward,
+        point: &Lightable<impl Fn(Vec3) -> Vec3>,
+        media: &Media,
+        (real, turn): (Real, Vec2),
+        trail: &mut Trail,
+    ) -> Lit {
+        let params: &Params<'_> = self.params;
+        if !params.shadows {
+            return Lit::FULLY;
+        }
+        // All samples everywhere is the algorithm without any optimisation, to compare with.
+        let objects_reach = params.shadow == Shadow::Soft || self.objects_may_block(toward, point.position);
+        if !objects_reach && real == Real::IfObjectsDo {
+            trail.note(light, point, Lit::FULLY, true, false);
+            return Lit::FULLY;
+        }
+        let across = toward.axis.any_orthonormal_pair();
+        let all = self.pattern.len();
+        let probes = match params.shadow {
+            Shadow::Hard => 1,
+            Shadow::Soft => all,
+            Shadow::Adaptive if trail.thorough => all,
+            Shadow::Adaptive => (params.probes as usize).min(all),
+        };
+        let ray_to = |i: usize| self.ray_to(i, toward, point, across, turn);
+        let past_objects = |ray: &Ray, trail: &mut Trail| {
+            if objects_reach { self.transmittance(ray, media, trail) } else { Vec3::ONE }
+        };
+        // What the objects let through of the first samples, asked before anything else where that may settle it.
+        let mut first = [None; MAX_SHADOW_SAMPLES as usize];
+        if real == Real::IfObjectsDo {
+            let mut clear = true;
+            for (i, passes) in first[..probes].iter_mut().enumerate() {
+                *passes = ray_to(i).map(|ray| past_objects(&ray, trail));
+                clear &= passes.is_none_or(|p| p == Vec3::ONE);
+            }
+            if clear {
+                trail.note(light, point, Lit::FULLY, true, false);
+                return Lit::FULLY;
+            }
+        }
+        let mut sums = Sums::default();
+        for (i, asked) in first[..all].iter().enumerate() {
+            if i == probes && (params.shadow == Shadow::Hard || sums.agree()) {
+                break;
+            }
+            let Some(ray) = ray_to(i) else { continue };
+            let mut passes = asked.unwrap_or_else(|| past_objects(&ray, trail));
+            let mut open = true;
+            if real != Real::Blocks || passes != Vec3::ZERO {
+                trail.shadow_rays += 1;
+                open = self.tracer.world.hit(&ray).is_none();
+            }
+            if !open {
+                passes = Vec3::ZERO;
+            }
+            sums.add(open, passes);
+        }
+        let lit = sums.mean();
+        // Of a real surface it is the objects' part that shows.
+        let most = if real == Real::Blocks { 1.0 } else { lit.open };
+        trail.note(light, point, lit, (most - lit.reaches).max_element() < ALIKE, !sums.agree());
+        lit
+    }
+
+    /// Share of a light that real surfaces let through to a point, as far as the probes tell.
+    pub(super) fn open(&self, toward: &Toward, point: &Lightable<impl Fn(Vec3) -> Vec3>, turn: Vec2, trail: &mut Trail) -> f32 {
+        let across = toward.axis.any_orthonormal_pair();
+        let probes = if self.params.shadow == Shadow::Hard { 1 } else { (self.params.probes as usize).min(self.pattern.len()) };
+        let mut sums = Sums::default();
+        for ray in (0..probes).filter_map(|i| self.ray_to(i, toward, point, across, turn)) {
+            trail.shadow_rays += 1;
+            sums.add(self.tracer.world.hit(&ray).is_none(), Vec3::ONE);
+        }
+        sums.mean().open
+    }
+
+    /// The ray from a point to point `i` of a light, if that is above the horizon.
+    #[inline]
+    fn ray_to(
+        &self,
+        i: usize,
+        toward: &Toward,
+        point: &Lightable<impl Fn(Vec3) -> Vec3>,
+        across: (Vec3, Vec3),
+        turn: Vec2,
+    ) -> Option<Ray> {
+        let d = self.pattern.direction(i, toward, across, turn);
+        (d.dot(point.normal) > 0.0).then(|| Ray::new((point.from)(d), d).up_to(toward.end))
+    }
+
+    /// Share of the light along `ray` that objects let through, per channel: clear bodies dim it on its straight way. A body
+    /// with the index of its surroundings and factors of 1 leaves it as it is, to the bit.
+    pub(super) fn transmittance(&self, ray: &Ray, media: &Media, trail: &mut Trail) -> Vec3 {
+        let objects = self.tracer.objects;
+        trail.shadow_rays += 1;
+        if !objects.transmit() {
+            return if objects.occluded(ray) { Vec3::ZERO } else { Vec3::ONE };
+        }
+        let (mut media, mut left) = (*media, Vec3::ONE);
+        let (mut passed, mut beyond) = (0.0, 0.0);
+        for _ in 0..MAX_CROSSED {
+            let Some(hit) = objects.intersect_beyond(ray, beyond) else {
+                return left * media.transmittance(ray.t_max - passed);
+            };
+            let surface = objects.surface(ray, &hit);
+            let Some(body) = surface.body else { return Vec3::ZERO };
+            left *= media.transmittance(hit.hit.t - passed) * body.factors;
+            let cos = ray.direction.dot(surface.bsdf.normal()).abs();
+            if body.thin {
+                left *= 1.0 - reflectance(&body, cos, 1.0);
+            } else {
+                let (inside, eta) = media.beyond(hit.instance, &body, surface.outside);
+                // From within, the straight way stands for the bent one outside, which always gets out.
+                left *= 1.0 - reflectance(&body, cos, eta.max(1.0 / eta));
+                media = inside;
+            }
+            if left == Vec3::ZERO {
+                return left;
+            }
+            (passed, beyond) = (hit.hit.t, just_beyond(hit.hit.t));
+        }
+        Vec3::ZERO
+    }
+
+    /// Whether objects can change what is there at all.
+    pub(super) fn may_change(&self, first: &First) -> bool {
+        match first {
+            First::Infinity => false,
+            First::Object(_) => true,
+            First::Real(hit) => {
+                let lit = |light: &SphericalLight| {
+                    let toward = light.seen_from(hit.position);
+                    !toward.below(hit.normal) && self.objects_may_block(&toward, hit.position)
+                };
+                self.params.gloss > 0.0 || (self.params.shadows && self.lights.iter().any(lit))
+            }
+        }
+    }
+
+    /// Whether the bounds of any object reach into the cone between `x` and the light: exact, up to rounding, where it says
+    /// no.
+    fn objects_may_block(&self, toward: &Toward, x: Vec3) -> bool {
+        self.tracer.objects.clusters().iter().any(|ball| reaches_cone(ball, toward, x))
+    }
+}
+
+fn reaches_cone(ball: &Ball, toward: &Toward, x: Vec3) -> bool {
+    let to = ball.center - x;
+    let distance = to.length();
+    if distance <= ball.radius {
+        return true;
+    }
+    let (sin_b, cos_a) = (ball.radius / distance, toward.cos);
+    let cos_b = (1.0 - sin_b * sin_b).max(0.0).sqrt();
+    // The sum of both angular radii; beyond half a turn everything overlaps.
+    let sum = cos_a * cos_b - toward.sin * sin_b;
+    let over = cos_a <= -cos_b;
+    over || to.dot(toward.axis) / distance >= sum - 1e-5
+}
+
+/// Samples of a light so far.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    count: u32,
+    open: u32,
+    passes: Vec3,
+    /// The smallest and the largest, channel by channel, of (open, passes).
+    low: Option<(bool, Vec3)>,
+    high: (bool, Vec3),
+}
+
+impl Sums {
+    fn add(&mut self, open: bool, passes: Vec3) {
+        self.count += 1;
+        self.open += u32::from(open);
+        self.passes += passes;
+        let (low, high) = match self.low {
+            None => ((open, passes), (open, passes)),
+            Some(low) => ((low.0 & open, low.1.min(passes)), (self.high.0 | open, self.high.1.max(passes))),
+        };
+        (self.low, self.high) = (Some(low), high);
+    }
+
+    fn agree(&self) -> bool {
+        self.low.is_none_or(|low| low.0 == self.high.0 && (self.high.1 - low.1).max_element() < ALIKE)
+    }
+
+    /// All samples below the horizon: nothing was asked, and nothing arrives either way.
+    fn mean(&self) -> Lit {
+        if self.count == 0 {
+            return Lit::FULLY;
+        }
+        let share = 1.0 / self.count as f32;
+        Lit { open: self.open as f32 * share, reaches: self.passes * share }
+    }
+}
