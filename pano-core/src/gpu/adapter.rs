@@ -33,15 +33,15 @@ pub(super) fn choose() -> GpuResult<Adapter> {
     let descriptor = InstanceDescriptor::new_without_display_handle_from_env();
     let backends = descriptor.backends;
     let instance = Instance::new(descriptor);
+    let adapters = pollster::block_on(instance.enumerate_adapters(backends));
+    if adapters.is_empty() {
+        return Err(GpuError::NoAdapter { problem: "there is no driver for Vulkan, Metal or DirectX 12 with a device".into() });
+    }
     if let Ok(wanted) = std::env::var(NAME_VARIABLE) {
-        let adapters = pollster::block_on(instance.enumerate_adapters(backends));
         let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
         let found = adapters.into_iter().find(|a| a.get_info().name.to_lowercase().contains(&wanted.to_lowercase()));
         return found.ok_or_else(|| GpuError::NoAdapter {
-            problem: match names.is_empty() {
-                true => "there is none".into(),
-                false => format!("{NAME_VARIABLE} is `{wanted}`, and there is only {}", names.join(", ")),
-            },
+            problem: format!("{NAME_VARIABLE} is `{wanted}`, and there is only {}", names.join(", ")),
         });
     }
     let power_preference = PowerPreference::from_env().unwrap_or(PowerPreference::HighPerformance);
