@@ -2,7 +2,7 @@
 //!
 //! - [`composite`] puts traced layers over the photo, builds the channels of a layered picture, and encodes 8-bit output.
 //! - [`lens`] adds bloom and glare.
-//! - [`markers`] finds printed markers in a picture (feature `markers`).
+//! - `markers` finds printed markers in a picture (feature `markers`).
 //! - [`plan`] says which effects a scene calls for, and why.
 //! - [`pipeline`] joins the stages of all crates to frames.
 //! - [`annotate`] writes on pictures and marks lights (feature `annotate`).

@@ -24,6 +24,8 @@ pub use linear::march_linear;
 pub use perspective::{PerspectiveField, PerspectiveHit};
 
 #[cfg(test)]
+mod back_face_tests;
+#[cfg(test)]
 mod perspective_tests;
 #[cfg(test)]
 mod tests;
