@@ -1,6 +1,6 @@
 //! What is assumed behind the captured surface.
 
-use super::tests::{ball, span, with_back_faces};
+use super::tests::{ball, room, span, with_back_faces};
 use super::*;
 use glam::{Quat, Vec3};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};

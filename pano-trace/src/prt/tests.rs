@@ -46,7 +46,7 @@ fn walls(origin: Vec3, direction: Vec3) -> (f32, Vec3) {
     (t, normal)
 }
 
-fn room(direction: Vec3) -> f32 {
+pub(super) fn room(direction: Vec3) -> f32 {
     walls(Vec3::ZERO, direction).0
 }
 
