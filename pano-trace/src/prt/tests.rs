@@ -4,7 +4,7 @@ use pano_core::image::Image;
 use pano_core::sphere;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
-use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+use std::f32::consts::TAU;
 
 const WIDTH: usize = 512;
 const LO: Vec3 = Vec3::new(-2.0, -1.5, -3.0);
