@@ -216,7 +216,8 @@ impl<W: RealWorld> Pass<'_, W> {
                 pixel.change.add(change);
                 pixel.touched |= touched;
                 if pixel.mirror_rays < MIRROR_RAYS {
-                    pixel.mirror += self.look(&self.mirror_ray(&hit, ray.direction), &mut walk);
+                    walk.rays += 1;
+                    pixel.mirror += self.world.mirrored(&hit, ray.direction);
                     pixel.mirror_rays += 1;
                 }
                 if let Some((before, after)) = self.mirror(&hit, ray.direction, &mut walk) {
@@ -319,22 +320,9 @@ impl<W: RealWorld> Pass<'_, W> {
         (e_r, (mixed - radiance) * weight, object.is_some())
     }
 
-    fn mirror_ray(&self, hit: &RealHit, direction: Vec3) -> Ray {
-        Ray::new(self.world.leave(hit), direction - hit.normal * (2.0 * direction.dot(hit.normal)))
-    }
-
-    /// What the world without objects shows along a ray.
-    fn look(&self, ray: &Ray, walk: &mut Walk) -> Vec3 {
-        walk.rays += 1;
-        match self.world.original().hit(ray) {
-            None => self.world.infinity(ray.direction),
-            Some(real) => real.radiance.unwrap_or(Vec3::ZERO),
-        }
-    }
-
     /// What a mirror at a real point would show along `direction` without and with the objects, if an object comes first.
     fn mirror(&self, hit: &RealHit, direction: Vec3, walk: &mut Walk) -> Option<(Vec3, Vec3)> {
-        let ray = self.mirror_ray(hit, direction);
+        let ray = self.world.mirror_ray(hit, direction);
         let object = self.meet_object(&ray, walk)?;
         let behind = self.world.original().hit(&ray);
         let before = match &behind {

@@ -2,6 +2,7 @@
 
 use super::{Frame, GBuffer};
 use crate::bvh::Ray;
+use crate::directions::mirrored;
 use crate::world::{Environment, LightSample, RealHit, RealWorld};
 use glam::{Quat, Vec2, Vec3};
 use pano_core::{image::Image, sphere};
@@ -59,8 +60,14 @@ impl<'a, W: RealWorld> UpdatedWorld<'a, W> {
         (matte + mirrored, matte * sphere::bilinear(&self.update.ratio, uv) + mirrored)
     }
 
-    fn mirrored(&self, hit: &RealHit, direction: Vec3) -> Vec3 {
-        let ray = Ray::new(self.world.leave(hit), direction - hit.normal * (2.0 * direction.dot(hit.normal)));
+    /// Where a mirror at a hit of a ray along `direction` looks.
+    pub(super) fn mirror_ray(&self, hit: &RealHit, direction: Vec3) -> Ray {
+        Ray::new(self.world.leave(hit), mirrored(direction, hit.normal))
+    }
+
+    /// What the world without objects shows there.
+    pub(super) fn mirrored(&self, hit: &RealHit, direction: Vec3) -> Vec3 {
+        let ray = self.mirror_ray(hit, direction);
         self.world.hit(&ray).map_or_else(|| self.world.infinity(ray.direction), |real| real.radiance.unwrap_or(Vec3::ZERO))
     }
 

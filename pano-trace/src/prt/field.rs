@@ -121,8 +121,8 @@ impl DepthField {
     /// with p·x = 1 for its points x, from which normals follow.
     pub fn look(&self, d: Vec3) -> (f32, Vec3) {
         let (face, at) = face_from_direction(d);
-        let (inverse, _) = self.faces[face].patch(self.n, at);
-        let plane = self.faces[face].smooth_plane(self.n, at);
+        let patch = self.faces[face].patch(self.n, at);
+        let (inverse, plane) = (patch.0, self.faces[face].smooth_plane(self.n, at, patch));
         let [forward, right, down] = AXES[face];
         (inverse * d.dot(forward), right * plane.x + down * plane.y + forward * plane.z)
     }

@@ -329,7 +329,8 @@ impl DepthField {
             if face.gap[y * self.n + x] {
                 (Vec2::new(i as f32, j as f32), face.sample_plane(self.n, i, j))
             } else {
-                (clear, face.smooth_plane(self.n, to_face(clear)))
+                let at = to_face(clear);
+                (clear, face.smooth_plane(self.n, at, face.patch(self.n, at)))
             }
         };
         let toward_front = face.toward_front(self.n, corner, other);

@@ -58,18 +58,17 @@ impl Face {
     /// Unit normal, and whether it is that of the back, of the surface at `at` in [−1, 1]² as a ray along `direction` (in the
     /// face's axes) meets it: by the slopes around, unless those show the ray the other side.
     pub(super) fn side(&self, n: usize, at: Vec2, direction: Vec3) -> Option<(Vec3, bool)> {
-        let (_, plane) = self.patch(n, at);
-        let toward = -plane.try_normalize()?;
+        let patch = self.patch(n, at);
+        let toward = -patch.1.try_normalize()?;
         let back = toward.dot(direction) > 0.0;
-        let smooth = (-self.smooth_plane(n, at)).try_normalize();
+        let smooth = (-self.smooth_plane(n, at, patch)).try_normalize();
         let toward = smooth.filter(|s| (s.dot(direction) > 0.0) == back).unwrap_or(toward);
         Some((if back { -toward } else { toward }, back))
     }
 
-    /// The plane through `at` in [−1, 1]² and the surface there, with the slopes that it has around: those of the cell's corners,
-    /// blended where no gap divides it.
-    pub(super) fn smooth_plane(&self, n: usize, at: Vec2) -> Vec3 {
-        let (w, plane) = self.patch(n, at);
+    /// The plane through `at` in [−1, 1]² and the surface there, which [`Self::patch`] has found, with the slopes that it has
+    /// around: those of the cell's corners, blended where no gap divides it.
+    pub(super) fn smooth_plane(&self, n: usize, at: Vec2, (w, plane): (f32, Vec3)) -> Vec3 {
         let per_unit = 0.5 * n as f32;
         let g = ((at + 1.0) * per_unit).clamp(Vec2::ZERO, Vec2::splat(n as f32));
         let (i, j) = ((g.x as usize).min(n - 1), (g.y as usize).min(n - 1));

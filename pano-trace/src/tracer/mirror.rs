@@ -8,6 +8,7 @@
 use super::path::{First, Scene};
 use super::{Tracer, Walk};
 use crate::bvh::Ray;
+use crate::directions::mirrored;
 use crate::world::{RealHit, RealWorld};
 use glam::Vec3;
 use pano_core::color::luminance;
@@ -19,7 +20,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         if beyond <= 0.0 {
             return Vec3::ZERO;
         }
-        let ray = Ray::new(self.world.leave(hit), direction - hit.normal * (2.0 * direction.dot(hit.normal)));
+        let ray = Ray::new(self.world.leave(hit), mirrored(direction, hit.normal));
         walk.rays += 1;
         let Some(object) = self.objects.intersect(&ray) else { return Vec3::ZERO };
         walk.rays += 1;
@@ -28,11 +29,11 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
             Some(real) => real.radiance.unwrap_or(Vec3::ZERO),
             None => self.world.infinity(ray.direction),
         };
-        let mirrored = luminance(before);
-        if mirrored < beyond {
+        let bright = luminance(before);
+        if bright < beyond {
             return Vec3::ZERO;
         }
         let after = self.radiance(ray, First::Object(object), None, bounces - 1, Scene::Mixed, walk);
-        (after - before) * (beyond / mirrored)
+        (after - before) * (beyond / bright)
     }
 }

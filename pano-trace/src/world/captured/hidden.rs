@@ -18,7 +18,7 @@ impl CapturedWorld {
     /// drawn from the place itself; back faces met by its own rays keep the colour of their fronts.
     pub(super) fn relit(&self, hit: &RealHit, q: Vec3) -> Vec3 {
         let shown = hit.radiance.unwrap_or(Vec3::ZERO);
-        let (Some(_), Some(front)) = (&self.irradiance, self.look(q)) else { return shown };
+        let Some(front) = self.irradiance.as_ref().and_then(|_| self.look(q)) else { return shown };
         let received = self.irradiance(&front);
         let reflectance = reflectance_from(shown, received, self.cap);
         let own = (shown - reflectance * received * FRAC_1_PI).max(Vec3::ZERO);
