@@ -4,7 +4,10 @@
 //! triangles in the same precision; the intersection is the same. All meshes lie in one array of nodes and one of triangles, so
 //! that a scene of more than two million triangles, which exceeds a binding, stays on the CPU.
 
+mod batch;
 mod flatten;
+
+pub(crate) use batch::{RAY, RayKernel};
 
 use super::{InstanceHit, Ray, Tlas, TriangleHit};
 use bytemuck::{Pod, Zeroable};
@@ -62,16 +65,6 @@ pano_core::uniform! {
     }
 }
 
-/// `Ray` of the shader.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct GpuRay {
-    origin: Vec3,
-    t_max: f32,
-    direction: Vec3,
-    pad: u32,
-}
-
 /// `Hit` of the shader.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -92,7 +85,7 @@ pub const TRAVERSAL: Piece =
 /// `rays.wgsl`.
 pub static SHADER: Shader = Shader {
     name: "rays",
-    pieces: &[NUMBER, TRAVERSAL, Piece::plain(include_str!("rays.wgsl"))],
+    pieces: &[NUMBER, RAY, TRAVERSAL, Piece::plain(include_str!("rays.wgsl"))],
     specializations: &[Specialization { entry: "closest", constants: &[] }, Specialization { entry: "any_hit", constants: &[] }],
 };
 
@@ -147,22 +140,15 @@ impl GpuTlas {
         Ok(found.into_iter().map(|f| f != 0).collect())
     }
 
-    /// Runs a kernel over the rays, a batch at a time; what it writes at `binding`.
+    /// Runs a kernel over the rays; what it writes at `binding`.
     fn trace<T: Pod>(&self, gpu: &Gpu, entry: &'static str, binding: u32, rays: &[Ray]) -> GpuResult<Vec<T>> {
-        let most = usize::try_from(gpu.max_binding() / size_of::<GpuRay>() as u64).unwrap_or(BATCH).clamp(1, BATCH);
-        let mut results = Vec::with_capacity(rays.len());
-        for batch in rays.chunks(most) {
-            // Infinity is no number a shader may count on.
-            let plain = |r: &Ray| GpuRay { origin: r.origin, t_max: r.t_max.min(f32::MAX), direction: r.direction, pad: 0 };
-            let source = gpu.upload_slice(&batch.iter().map(plain).collect::<Vec<_>>())?;
-            let found = gpu.buffer::<T>(batch.len())?;
-            let uniform = Rays { count: batch.len() as u32, root: self.root };
-            let buffers = [(1, &self.nodes), (2, &self.triangles), (3, &self.instances), (4, &source), (binding, &found)];
-            let kernel = Kernel { shader: &SHADER, entry, constants: &[] };
-            gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, [batch.len().div_ceil(64) as u32, 1, 1])?;
-            results.extend(gpu.read_slice::<T>(&found, batch.len())?);
-        }
-        Ok(results)
+        let rays_kernel = RayKernel {
+            kernel: Kernel { shader: &SHADER, entry, constants: &[] },
+            buffers: &[(1, &self.nodes), (2, &self.triangles), (3, &self.instances)],
+            bindings: [4, binding],
+            batch: BATCH,
+        };
+        rays_kernel.run(gpu, |count| Rays { count, root: self.root }, rays)
     }
 }
 

@@ -5,13 +5,6 @@ struct Rays {
     root: u32,
 }
 
-struct Ray {
-    origin: vec3f,
-    t_max: f32,
-    direction: vec3f,
-    pad: u32,
-}
-
 @group(0) @binding(0) var<uniform> params: Rays;
 @group(0) @binding(4) var<storage, read> rays: array<Ray>;
 @group(0) @binding(5) var<storage, read_write> hits: array<Hit>;

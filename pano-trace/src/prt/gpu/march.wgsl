@@ -13,14 +13,6 @@ struct March {
     begins: array<vec4u, 4>,
 }
 
-struct Ray {
-    origin: vec3f,
-    // FAR_AWAY for none.
-    t_max: f32,
-    direction: vec3f,
-    pad: u32,
-}
-
 // What a ray met.
 struct Met {
     // Place on the face, in [-1, 1].

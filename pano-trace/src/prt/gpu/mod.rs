@@ -9,8 +9,9 @@ use super::field::AXES;
 use super::march::{NEAREST, NUDGE};
 use super::{DepthField, field::Range};
 use crate::bvh::Ray;
+use crate::bvh::gpu::{RAY, RayKernel};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec2};
 use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, Kernel, NUMBER, Piece, Shader, Specialization};
 
 /// Rays of one submission: some ten milliseconds of a slow GPU.
@@ -29,16 +30,6 @@ pano_core::uniform! {
         nearest: [[f32; 4]; 2],
         begins: [[u32; 4]; 4],
     }
-}
-
-/// `Ray` of the shader.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct GpuRay {
-    origin: Vec3,
-    t_max: f32,
-    direction: Vec3,
-    pad: u32,
 }
 
 /// `Met` of the shader.
@@ -61,6 +52,7 @@ pub static SHADER: Shader = Shader {
     name: "march",
     pieces: &[
         NUMBER,
+        RAY,
         Piece {
             text: include_str!("march.wgsl"),
             constants: || vec![Constant::f32("NEAREST", NEAREST), Constant::f32("NUDGE", NUDGE)],
@@ -138,21 +130,14 @@ impl<'a> GpuDepthField<'a> {
     /// # Errors
     /// What has become of the device.
     pub fn march(&self, gpu: &Gpu, rays: &[Ray]) -> GpuResult<Vec<Answer>> {
-        let most = usize::try_from(gpu.max_binding() / size_of::<GpuRay>() as u64).unwrap_or(BATCH).clamp(1, BATCH);
-        let mut answers = Vec::with_capacity(rays.len());
-        for batch in rays.chunks(most) {
-            // Infinity is no number a shader may count on.
-            let plain = |r: &Ray| GpuRay { origin: r.origin, t_max: r.t_max.min(f32::MAX), direction: r.direction, pad: 0 };
-            let source = gpu.upload_slice(&batch.iter().map(plain).collect::<Vec<_>>())?;
-            let met = gpu.buffer::<Met>(batch.len())?;
-            let uniform = March { count: batch.len() as u32, ..self.uniform };
-            let buffers = [(1, &self.inverse), (2, &self.gaps), (3, &self.base), (4, &self.upper), (5, &source), (6, &met)];
-            let kernel = Kernel { shader: &SHADER, entry: "march", constants: &[] };
-            gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, [batch.len().div_ceil(64) as u32, 1, 1])?;
-            let met: Vec<Met> = gpu.read_slice(&met, batch.len())?;
-            answers.extend(met.iter().zip(batch).map(|(met, ray)| self.answer(met, ray)));
-        }
-        Ok(answers)
+        let rays_kernel = RayKernel {
+            kernel: Kernel { shader: &SHADER, entry: "march", constants: &[] },
+            buffers: &[(1, &self.inverse), (2, &self.gaps), (3, &self.base), (4, &self.upper)],
+            bindings: [5, 6],
+            batch: BATCH,
+        };
+        let met: Vec<Met> = rays_kernel.run(gpu, |count| March { count, ..self.uniform }, rays)?;
+        Ok(met.iter().zip(rays).map(|(met, ray)| self.answer(met, ray)).collect())
     }
 
     /// With the side of the surface, which follows from the place.
