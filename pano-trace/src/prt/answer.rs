@@ -7,7 +7,8 @@ use glam::Vec3;
 pub struct FieldHit {
     /// Distance in metres.
     pub t: f32,
-    /// Unit normal of the surface on the side the ray came from.
+    /// Unit normal of the surface just there, on the side the ray came from ([`super::DepthField::smooth_normal`] is that of the
+    /// surface around).
     pub normal: Vec3,
     /// The ray came from behind: it met the side that the panorama has not seen.
     pub back: bool,

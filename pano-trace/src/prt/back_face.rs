@@ -35,8 +35,8 @@ pub(super) struct Entry {
 
 impl DepthField {
     /// Where the ray meets the assumed back face; it names the direction of q. `None` where it does not: parallel to
-    /// it, diverging from it, or past its end.
-    pub(super) fn back_face(&self, origin: Vec3, direction: Vec3, entry: &Entry) -> Option<FieldHit> {
+    /// it, diverging from it, past its end, or not nearer than `t_max`.
+    pub(super) fn back_face(&self, origin: Vec3, direction: Vec3, entry: &Entry, t_max: f32) -> Option<FieldHit> {
         let outward = entry.edge.normalize();
         let inward = direction - outward * direction.dot(outward);
         // The quarter turn about the rim that takes the back face to the front: outward to inward.
@@ -44,9 +44,9 @@ impl DepthField {
         let turn = if (turn * outward).dot(inward) < 0.0 { turn.inverse() } else { turn };
         let start = entry.edge + turn * (origin + direction * entry.t - entry.edge);
         let turned = turn * direction;
-        let hit = self.march_surfaces(start, turned, f32::INFINITY).hit().filter(|hit| hit.back)?;
+        let hit = self.march_surfaces(start, turned, t_max - entry.t).hit().filter(|hit| hit.back)?;
         let q = (start + turned * hit.t).try_normalize()?;
-        let normal = turn.inverse() * hit.normal;
+        let normal = turn.inverse() * self.smooth_normal(q, turned, &hit);
         let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
         Some(FieldHit { t: entry.t + hit.t, normal, back: false, at_gap: false, hidden_side: Some(HiddenSide::BackFace(q)) })
     }

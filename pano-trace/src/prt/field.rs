@@ -1,6 +1,7 @@
 //! The depth of a panorama on the faces of a cube, with min/max pyramids.
 
-use glam::{Vec2, Vec3};
+use super::pyramid::{Pyramid, Range};
+use glam::{Mat3, Vec2, Vec3};
 use pano_core::{image::Image, sphere};
 use rayon::prelude::*;
 
@@ -29,13 +30,6 @@ impl Default for FieldOptions {
     }
 }
 
-/// Smallest and largest inverse depth of a block of cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Range {
-    pub(super) min: f32,
-    pub(super) max: f32,
-}
-
 /// One face of the cube: samples at the corners of `n` × `n` cells.
 #[derive(Clone, Debug)]
 pub(super) struct Face {
@@ -47,8 +41,8 @@ pub(super) struct Face {
     pub(super) gap_right: Vec<bool>,
     /// Whether the step from a sample to the one below is a gap; n rows of n + 1.
     pub(super) gap_below: Vec<bool>,
-    /// Level 0 has n² cells, each further level half the side (rounded up).
-    pub(super) pyramid: Vec<Vec<Range>>,
+    /// Between which inverse depths its cells lie.
+    pub(super) pyramid: Pyramid,
 }
 
 /// A panorama's depth, ready for rays. Positions are relative to the capture point, in the panorama's frame.
@@ -72,6 +66,13 @@ pub(super) const AXES: [[Vec3; 3]; 6] = [
     [Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y],
     [Vec3::NEG_Z, Vec3::X, Vec3::NEG_Y],
 ];
+
+/// Turns a face's own axes (right, down, forward) into the panorama's.
+#[inline]
+pub(super) fn face_axes(face: usize) -> Mat3 {
+    let [forward, right, down] = AXES[face];
+    Mat3::from_cols(right, down, forward)
+}
 
 /// The face that shows direction `d`, and where: x, y in [−1, 1].
 #[inline]
@@ -117,14 +118,19 @@ impl DepthField {
         (-1..=1).any(|dy| (-1..=1).any(|dx| gap(i + dx, j + dy)))
     }
 
-    /// Inverse distance along unit direction `d` (0: nothing there), and the plane of the surface there as the vector `p`
+    /// Inverse distance along unit direction `d`; 0: nothing there.
+    pub fn inverse_distance(&self, d: Vec3) -> f32 {
+        let (face, at) = face_from_direction(d);
+        self.faces[face].patch(self.n, at).0 * d.dot(AXES[face][0])
+    }
+
+    /// Inverse distance along unit direction `d` (0: nothing there), and the plane of the surface around as the vector `p`
     /// with p·x = 1 for its points x, from which normals follow.
     pub fn look(&self, d: Vec3) -> (f32, Vec3) {
         let (face, at) = face_from_direction(d);
         let patch = self.faces[face].patch(self.n, at);
         let (inverse, plane) = (patch.0, self.faces[face].smooth_plane(self.n, at, patch));
-        let [forward, right, down] = AXES[face];
-        (inverse * d.dot(forward), right * plane.x + down * plane.y + forward * plane.z)
+        (inverse * d.dot(AXES[face][0]), face_axes(face) * plane)
     }
 }
 
@@ -150,6 +156,11 @@ fn sample_face(depth: &Image<f32>, face: usize, n: usize) -> Vec<f32> {
         }
     });
     inverse
+}
+
+/// The pyramid of one cell with nothing in it.
+fn nothing() -> Pyramid {
+    Pyramid::new(1, |_, _| Range { min: 0.0, max: 0.0 })
 }
 
 impl Face {
@@ -180,43 +191,20 @@ impl Face {
                 gap_right[j * n + i] || gap_right[(j + 1) * n + i] || gap_below[j * (n + 1) + i] || gap_below[j * (n + 1) + i + 1]
             })
             .collect();
-        let mut face = Self { inverse, gap, gap_right, gap_below, pyramid: Vec::new() };
-        let base: Vec<Range> = (0..n * n).into_par_iter().map(|c| face.range(n, c % n, c / n)).collect();
-        let mut pyramid = vec![base];
-        let mut side = n;
-        while side > 1 {
-            let (below, half) = (pyramid.last().expect("level 0 is there"), side.div_ceil(2));
-            let next = (0..half * half)
-                .map(|c| {
-                    let (i, j) = (c % half, c / half);
-                    let mut range = Range { min: f32::MAX, max: 0.0 };
-                    for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                        let (x, y) = (2 * i + x, 2 * j + y);
-                        if x < side && y < side {
-                            let r = below[y * side + x];
-                            range = Range { min: range.min.min(r.min), max: range.max.max(r.max) };
-                        }
-                    }
-                    range
-                })
-                .collect();
-            pyramid.push(next);
-            side = half;
-        }
-        face.pyramid = pyramid;
+        let mut face = Self { inverse, gap, gap_right, gap_below, pyramid: nothing() };
+        face.pyramid = Pyramid::new(n, |x, y| face.range(n, x, y));
         face
     }
 
     /// A face that shows nothing; no ray looks at its samples.
     fn nothing() -> Self {
-        let none = Range { min: 0.0, max: 0.0 };
-        Self { inverse: vec![], gap: vec![], gap_right: vec![], gap_below: vec![], pyramid: vec![vec![none]] }
+        Self { inverse: vec![], gap: vec![], gap_right: vec![], gap_below: vec![], pyramid: nothing() }
     }
 
     /// Between which inverse depths the surface of a cell lies.
     fn range(&self, n: usize, i: usize, j: usize) -> Range {
-        let mut range = Range { min: f32::MAX, max: 0.0 };
-        let mut hold = |w: f32| range = Range { min: range.min.min(w), max: range.max.max(w) };
+        let mut range = Range::NOTHING;
+        let mut hold = |w: f32| range = range.union(Range { min: w, max: w });
         self.corners(n, i, j).into_iter().for_each(&mut hold);
         if self.gap[j * n + i] {
             for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
@@ -233,7 +221,7 @@ impl Face {
     /// Planar depth of the nearest sample, in metres; infinite where nothing is.
     #[inline]
     pub(super) fn nearest(&self) -> f32 {
-        self.pyramid.last().map_or(f32::INFINITY, |top| 1.0 / top[0].max)
+        1.0 / self.pyramid.whole().max
     }
 
     /// The four corner samples of a cell: top left, top right, bottom left, bottom right.

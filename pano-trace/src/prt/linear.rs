@@ -1,5 +1,6 @@
 //! The slow reference: small equal steps along the ray, the field looked up at each.
 
+use super::field::face_from_direction;
 use super::{DepthField, FieldHit};
 use glam::Vec3;
 
@@ -16,7 +17,7 @@ pub fn march_linear(field: &DepthField, origin: Vec3, direction: Vec3, t_max: f3
     let gap = |t: f32| {
         let p = origin + direction * t;
         let r = p.length();
-        1.0 / r - field.look(p / r).0
+        1.0 / r - field.inverse_distance(p / r)
     };
     let (mut t0, mut g0) = (1e-5f32, gap(1e-5));
     for k in 1..=steps {
@@ -32,7 +33,8 @@ pub fn march_linear(field: &DepthField, origin: Vec3, direction: Vec3, t_max: f3
             let slope = (gap(lo) - gap(hi)).abs();
             if slope < 1e-3 * (g0.abs() + g1.abs()) + 1e-5 {
                 let p = origin + direction * t;
-                let (normal, back) = field.side(p.normalize(), direction)?;
+                let (face, at) = face_from_direction(p);
+                let (normal, back) = field.side(face, at, direction)?;
                 return Some(FieldHit { t, normal, back, at_gap: false, hidden_side: None });
             }
         }

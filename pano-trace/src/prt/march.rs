@@ -3,7 +3,7 @@
 use super::answer::{Answer, FieldHit};
 use super::back_face::Entry;
 use super::field::{AXES, DepthField, Face};
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 /// Points nearer to the capture point than this have no direction worth the name; metres.
 pub(super) const NEAREST: f32 = 1e-4;
@@ -172,11 +172,16 @@ impl DepthField {
     fn march_stretch(&self, ray: &Stretch, progress: &mut Progress) -> Option<FieldHit> {
         let face = &self.faces[ray.face];
         let n = self.n;
-        let top = face.pyramid.len() - 1;
+        let top = face.pyramid.top();
         // The smallest step in s that moves a whole nudge along the faster axis.
         let length = ray.along.abs().max_element();
         let nudge = if length > 0.0 { (NUDGE / length).min(1.0) } else { 1.0 };
+        // Which side of a cell is ahead, and how far one cell is in s. A ray along the other axis never gets there.
+        let ahead = |along: f32| if along == 0.0 { (n + 1, 1.0) } else { (usize::from(along > 0.0), 1.0 / along) };
+        let (ahead_x, ahead_y) = (ahead(ray.along.x), ahead(ray.along.y));
         let (mut s, mut level) = (0.0f32, top.min(3));
+        // A cell of the block that the ray has just passed over.
+        let mut passed: Option<(usize, usize)> = None;
         while progress.steps > 0 {
             progress.steps -= 1;
             // The cell is that of a point a nudge farther on; the stretch looked at begins where the last one ended, or a
@@ -185,21 +190,20 @@ impl DepthField {
             let p = ray.from + ray.along * next;
             let last = n as i32 - 1;
             let (x, y) = ((p.x as i32).clamp(0, last) as usize, (p.y as i32).clamp(0, last) as usize);
+            // The block above is that in which this level was needed, until the ray has left it.
+            if let Some((px, py)) = passed.take()
+                && ((x ^ px) | (y ^ py)) >> (level + 1) != 0
+                && level < top
+            {
+                level += 1;
+            }
             let (cx, cy) = (x >> level, y >> level);
             let size = (1usize << level) as f32;
-            let exit = |from: f32, along: f32, c: usize| {
-                if along > 0.0 {
-                    ((c + 1) as f32 * size - from) / along
-                } else if along < 0.0 {
-                    (c as f32 * size - from) / along
-                } else {
-                    f32::INFINITY
-                }
-            };
-            let s_exit = exit(ray.from.x, ray.along.x, cx).min(exit(ray.from.y, ray.along.y, cy)).clamp(next, 1.0);
+            let exit = |from: f32, (ahead, per_cell): (usize, f32), c: usize| ((c + ahead) as f32 * size - from) * per_cell;
+            let s_exit = exit(ray.from.x, ahead_x, cx).min(exit(ray.from.y, ahead_y, cy)).clamp(next, 1.0);
             let (w0, w1) = (ray.inverse_at(s), ray.inverse_at(s_exit));
             let (near, far) = (w0.max(w1), w0.min(w1));
-            let range = face.pyramid[level][cy * n.div_ceil(1 << level) + cx];
+            let range = face.pyramid.at(level, cx, cy);
             if near >= range.min && far <= range.max {
                 if level > 0 {
                     level -= 1;
@@ -210,8 +214,8 @@ impl DepthField {
                 {
                     return Some(hit);
                 }
-            } else if level < top {
-                level += 1;
+            } else {
+                passed = Some((x, y));
             }
             if s_exit >= 1.0 || ray.weighted_t_at(s_exit) >= progress.end() * ray.inverse_at(s_exit) {
                 return None;
@@ -242,10 +246,8 @@ impl DepthField {
             return None;
         }
         let at = (ray.from + ray.along * root) * (2.0 / n as f32) - 1.0;
-        let [forward, right, down] = AXES[ray.face];
-        let axes = Mat3::from_cols(right, down, forward);
-        let (normal, back) = face.side(n, at, axes.transpose() * progress.direction)?;
-        Some(FieldHit { t, normal: axes * normal, back, at_gap, hidden_side: None })
+        let (normal, back) = self.side(ray.face, at, progress.direction)?;
+        Some(FieldHit { t, normal, back, at_gap, hidden_side: None })
     }
 
     /// At a gap each corner keeps a quarter of the cell, in its own plane. Where the ray passes from one layer behind the
@@ -353,9 +355,9 @@ impl DepthField {
             back_sample: on_cube(to_face(sample).extend(1.0)).normalize(),
             t: ray.weighted_t_at(s) / ray.inverse_at(s),
         };
-        if let Some(hit) = self.back_face(progress.origin, progress.direction, &entry)
+        let nearest = progress.back_face.map_or(progress.t_max, |b| b.t);
+        if let Some(hit) = self.back_face(progress.origin, progress.direction, &entry, nearest)
             && hit.t > 0.0
-            && progress.back_face.is_none_or(|b| hit.t < b.t)
         {
             progress.back_face = Some(hit);
         }

@@ -16,6 +16,7 @@ pub mod gpu;
 mod linear;
 mod march;
 mod perspective;
+mod pyramid;
 mod slopes;
 
 pub use answer::{Answer, FieldHit, HiddenSide};

@@ -82,8 +82,9 @@ impl PerspectiveField {
     pub fn march(&self, origin: Vec3, direction: Vec3, t_max: f32) -> Option<PerspectiveHit> {
         let (o, d) = (self.face_from_camera * origin, self.face_from_camera * direction);
         let hit = self.field.march(o, d, t_max).hit()?;
+        let smooth = self.field.smooth_normal(o + d * hit.t, d, &hit);
         // Planes go the other way: p·x = p·A⁻¹·(A·x).
-        let normal = (self.face_from_camera.transpose() * hit.normal).try_normalize()?;
+        let normal = (self.face_from_camera.transpose() * smooth).try_normalize()?;
         Some(PerspectiveHit { t: hit.t, normal, at_gap: hit.at_gap })
     }
 }

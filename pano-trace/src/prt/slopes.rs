@@ -1,11 +1,35 @@
 //! Which way the captured surface faces, and where its rims run, from the samples around: a single cell of depth says little.
 
-use super::field::{AXES, DepthField, Face, face_from_direction};
-use glam::{IVec2, Mat3, Vec2, Vec3};
+use super::answer::FieldHit;
+use super::field::{DepthField, Face, face_axes, face_from_direction};
+use glam::{IVec2, Vec2, Vec3};
 
 /// Samples on either side of one that its surface's slope is read from. A step of the panorama's depth spreads over two or
 /// three of the steps between the cube's samples, which must be fewer than half.
 const SLOPE_REACH: usize = 4;
+
+/// Pairs to put in order, one after another, that sort eight numbers (Batcher's odd-even merge sort).
+const SORTING_NETWORK: [(usize, usize); 19] = [
+    (0, 1),
+    (2, 3),
+    (4, 5),
+    (6, 7),
+    (0, 2),
+    (1, 3),
+    (4, 6),
+    (5, 7),
+    (1, 2),
+    (5, 6),
+    (0, 4),
+    (1, 5),
+    (2, 6),
+    (3, 7),
+    (2, 4),
+    (3, 5),
+    (1, 2),
+    (3, 4),
+    (5, 6),
+];
 
 /// By how much the slopes of neighbouring cells may differ for their surface to count as even: about its angle in radians.
 const EVEN: f32 = 0.01;
@@ -14,13 +38,22 @@ const EVEN: f32 = 0.01;
 const RIM_REACH: i32 = 8;
 
 impl DepthField {
-    /// Unit normal of the surface in direction `d` as a ray along `direction` meets it, and whether that is its back.
-    pub(super) fn side(&self, d: Vec3, direction: Vec3) -> Option<(Vec3, bool)> {
-        let (face, at) = face_from_direction(d);
-        let [forward, right, down] = AXES[face];
-        let axes = Mat3::from_cols(right, down, forward);
-        let (normal, back) = self.faces[face].side(self.n, at, axes.transpose() * direction)?;
-        Some((axes * normal, back))
+    /// Unit normal of the surface at `at` in [−1, 1]² of a face as a ray along `direction` meets it, and whether that is its back.
+    pub(super) fn side(&self, face: usize, at: Vec2, direction: Vec3) -> Option<(Vec3, bool)> {
+        let (_, plane) = self.faces[face].patch(self.n, at);
+        let toward = -(face_axes(face) * plane).try_normalize()?;
+        let back = toward.dot(direction) > 0.0;
+        Some((if back { -toward } else { toward }, back))
+    }
+
+    /// Unit normal by the slopes around, which the noise and the steps of depth do not turn, at a hit in direction `at` by a
+    /// ray along `direction`; the hit's own where the slopes around would show the ray the other side.
+    pub fn smooth_normal(&self, at: Vec3, direction: Vec3, hit: &FieldHit) -> Vec3 {
+        let (face, at) = face_from_direction(at);
+        let patch = self.faces[face].patch(self.n, at);
+        let smooth = (face_axes(face) * self.faces[face].smooth_plane(self.n, at, patch)).try_normalize();
+        let toward_ray = smooth.map(|s| if hit.back { s } else { -s }).filter(|s| s.dot(direction) <= 0.0);
+        toward_ray.unwrap_or(hit.normal)
     }
 }
 
@@ -41,8 +74,9 @@ impl Face {
         let (front, behind) = (IVec2::new(front.0 as i32, front.1 as i32), IVec2::new(behind.0 as i32, behind.1 as i32));
         let (near, far) = (at(front.x, front.y), at(behind.x, behind.y));
         let inside = |p: IVec2| p.cmpge(IVec2::ZERO).all() && p.cmple(IVec2::splat(n as i32)).all();
+        let offsets = || -RIM_REACH..=RIM_REACH;
         let mut toward = Vec2::ZERO;
-        for off in (-RIM_REACH..=RIM_REACH).flat_map(|y| (-RIM_REACH..=RIM_REACH).map(move |x| IVec2::new(x, y))) {
+        for off in offsets().flat_map(|y| offsets().map(move |x| IVec2::new(x, y))) {
             let p = front + off;
             // A disc about the middle, without what the border of the face takes from the other side of it.
             let from_middle = (p * 2 - front - behind).as_vec2() * 0.5;
@@ -53,17 +87,6 @@ impl Face {
         }
         // Layers as crooked as that leave the step between the two samples.
         toward.try_normalize().unwrap_or((front - behind).as_vec2().normalize_or(Vec2::X))
-    }
-
-    /// Unit normal, and whether it is that of the back, of the surface at `at` in [−1, 1]² as a ray along `direction` (in the
-    /// face's axes) meets it: by the slopes around, unless those show the ray the other side.
-    pub(super) fn side(&self, n: usize, at: Vec2, direction: Vec3) -> Option<(Vec3, bool)> {
-        let patch = self.patch(n, at);
-        let toward = -patch.1.try_normalize()?;
-        let back = toward.dot(direction) > 0.0;
-        let smooth = (-self.smooth_plane(n, at, patch)).try_normalize();
-        let toward = smooth.filter(|s| (s.dot(direction) > 0.0) == back).unwrap_or(toward);
-        Some((if back { -toward } else { toward }, back))
     }
 
     /// The plane through `at` in [−1, 1]² and the surface there, which [`Self::patch`] has found, with the slopes that it has
@@ -116,7 +139,8 @@ impl Face {
 
 /// Median of the steps around sample `k` of `n` + 1, up to the first gap (`None`) on either side; 0 if there is none.
 fn median_step(k: usize, n: usize, step: impl Fn(usize) -> Option<f32>) -> f32 {
-    let mut steps = [0.0; 2 * SLOPE_REACH];
+    // What is missing is thought half below and half above all.
+    let mut steps = [f32::INFINITY; 2 * SLOPE_REACH];
     let mut count = 0;
     // As many on one side as on the other, or curved surfaces would turn at the border.
     let reach = SLOPE_REACH.min(k.min(n - k)).max(1);
@@ -126,10 +150,37 @@ fn median_step(k: usize, n: usize, step: impl Fn(usize) -> Option<f32>) -> f32 {
         steps[count] = value;
         count += 1;
     }
-    let steps = &mut steps[..count];
-    steps.sort_unstable_by(f32::total_cmp);
-    match count {
-        0 => 0.0,
-        _ => 0.5 * (steps[(count - 1) / 2] + steps[count / 2]),
+    if count == 0 {
+        return 0.0;
+    }
+    let missing = steps.len() - count;
+    steps[count..count + missing / 2].fill(f32::NEG_INFINITY);
+    for (a, b) in SORTING_NETWORK {
+        let (x, y) = (steps[a], steps[b]);
+        (steps[a], steps[b]) = if y < x { (y, x) } else { (x, y) };
+    }
+    let middle = steps.len() / 2;
+    if count % 2 == 1 { steps[middle - 1] } else { 0.5 * (steps[middle - 1] + steps[middle]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn medians_are_those_of_sorted_steps(steps in prop::collection::vec(prop::option::weighted(0.9, -1.0f32..1.0), 1..20), k in 0usize..20) {
+            let n = steps.len();
+            let k = k.min(n);
+            let reach = SLOPE_REACH.min(k.min(n - k)).max(1);
+            let before = steps[..k].iter().rev().take(reach).map_while(|s| *s);
+            let after = steps[k..].iter().take(reach).map_while(|s| *s);
+            let mut sorted: Vec<f32> = before.chain(after).collect();
+            sorted.sort_unstable_by(f32::total_cmp);
+            let m = sorted.len();
+            let expected = if m == 0 { 0.0 } else { 0.5 * (sorted[(m - 1) / 2] + sorted[m / 2]) };
+            prop_assert_eq!(median_step(k, n, |i| steps[i]), expected);
+        }
     }
 }

@@ -66,7 +66,8 @@ impl RealWorld for CameraWorld {
         let PerspectiveHit { t, normal, at_gap } = hit?;
         let position = ray.at(t);
         let normal = self.camera.world_from_camera * normal;
-        Some(RealHit { t, position, normal, surface: 0, radiance: Some(self.shown(position, at_gap).unwrap_or(Vec3::ZERO)) })
+        let radiance = Some(self.shown(position, at_gap).unwrap_or(Vec3::ZERO));
+        Some(RealHit { t, position, normal, facet: normal, surface: 0, radiance })
     }
 
     fn infinity(&self, _direction: Vec3) -> Vec3 {

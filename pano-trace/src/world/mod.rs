@@ -27,8 +27,10 @@ pub struct RealHit {
     pub t: f32,
     /// World position.
     pub position: Vec3,
-    /// Unit normal on the side the ray came from.
+    /// Unit normal on the side the ray came from, by which light is received and mirrored.
     pub normal: Vec3,
+    /// The same, of the surface just there: densities per area go by it. A captured surface's steps of depth turn it.
+    pub facet: Vec3,
     /// Which of the world's surfaces; the index of the proxy.
     pub surface: u32,
     /// The radiance that leaves towards the ray's origin, if it is known: a captured surface carries all its light, and a
@@ -114,7 +116,7 @@ pub trait RealWorld: std::fmt::Debug + Sync {
     fn light_pdf(&self, from: Vec3, direction: Vec3, behind: Option<&RealHit>) -> f32;
 
     /// What the world shows along `ray` towards a light sample (`Some(None)`: infinity), or `None` if that is not the light
-    /// the sample was aimed at.
+    /// the sample was aimed at. Its [`RealHit::normal`] may be the facet's.
     fn reach(&self, ray: &Ray, sample: &LightSample) -> Option<Option<RealHit>>;
 
     /// The panorama as an environment at infinity, whatever else is known of the world.

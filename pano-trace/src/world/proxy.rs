@@ -143,7 +143,7 @@ impl RealWorld for ProxyWorld {
     fn hit(&self, ray: &Ray) -> Option<RealHit> {
         let (t, normal, surface) = self.nearest(ray)?;
         let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
-        Some(RealHit { t, position: ray.at(t), normal, surface, radiance: None })
+        Some(RealHit { t, position: ray.at(t), normal, facet: normal, surface, radiance: None })
     }
 
     #[inline]

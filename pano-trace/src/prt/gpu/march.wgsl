@@ -9,7 +9,7 @@ struct March {
     steps: u32,
     // Planar depth of the nearest sample of each face; FAR_AWAY if it has none.
     nearest: array<vec4f, 2>,
-    // Where each level begins in `upper`, of one face; and in the last one, how many cells that are in all.
+    // Where each level begins in `upper`, of one face; and in the last one, how many numbers that are in all.
     begins: array<vec4u, 4>,
 }
 
@@ -29,9 +29,9 @@ struct Met {
 @group(0) @binding(1) var<storage, read> inverse: array<f32>;
 // As many sets of bits: 1 the cell lies across a gap, 2 the step to the right is one, 4 the step down is one.
 @group(0) @binding(2) var<storage, read> gaps: array<u32>;
-// Smallest and largest inverse depth of the cells, n² a face, and of the levels above them.
-@group(0) @binding(3) var<storage, read> base: array<vec2f>;
-@group(0) @binding(4) var<storage, read> upper: array<vec2f>;
+// Smallest and largest inverse depth of the cells of each face, and of the levels above them, packed and in tiles (pyramid.rs).
+@group(0) @binding(3) var<storage, read> base: array<u32>;
+@group(0) @binding(4) var<storage, read> upper: array<u32>;
 @group(0) @binding(5) var<storage, read> rays: array<Ray>;
 @group(0) @binding(6) var<storage, read_write> met: array<Met>;
 
@@ -136,14 +136,26 @@ fn sample_of(face: u32, i: u32, j: u32) -> u32 {
     return (face * side + j) * side + i;
 }
 
-fn range_of(face: u32, level: u32, x: u32, y: u32) -> vec2f {
-    let n = params.cells;
-    if level == 0u {
-        return base[(face * n + y) * n + x];
+// The inverse depth that a bound of a range stands for.
+fn unpacked(code: u32) -> f32 {
+    if code == 0u {
+        return 0.0;
     }
-    let side = (n + (1u << level) - 1u) >> level;
-    let begin = params.begins[(level - 1u) / 4u][(level - 1u) % 4u];
-    return upper[face * params.begins[3][3] + begin + y * side + x];
+    return select(bitcast<f32>((code + BIAS) << SHIFT), FAR_AWAY, code == 0xffffu);
+}
+
+fn range_of(face: u32, level: u32, x: u32, y: u32) -> vec2f {
+    let side = (params.cells + (1u << level) - 1u) >> level;
+    let across = (side + TILE - 1u) / TILE;
+    let at = ((y / TILE * across + x / TILE) * TILE + y % TILE) * TILE + x % TILE;
+    var packed: u32;
+    if level == 0u {
+        packed = base[face * across * across * TILE * TILE + at];
+    } else {
+        let begin = params.begins[(level - 1u) / 4u][(level - 1u) % 4u];
+        packed = upper[face * params.begins[3][3] + begin + at];
+    }
+    return vec2f(unpacked(packed & 0xffffu), unpacked(packed >> 16u));
 }
 
 // Where a coordinate leaves the cell `c` of the given size.
@@ -277,11 +289,18 @@ fn march_stretch(ray: Stretch, t_max: f32, steps: ptr<function, u32>) -> Met {
     let nudge = select(1.0, min(NUDGE / max(length, 1e-30), 1.0), length > 0.0);
     var s = 0.0;
     var level = min(top, 3u);
+    // Whether the ray has just passed over a block, and a cell of it.
+    var has_passed = false;
+    var passed = vec2u(0u);
     while *steps > 0u {
         *steps -= 1u;
         let next = min(s + nudge, 1.0);
         let p = ray.begin + ray.along * next;
         let cell = vec2u(clamp(vec2i(p), vec2i(0), vec2i(i32(n) - 1)));
+        if has_passed && level < top && any((cell ^ passed) >> vec2u(level + 1u) != vec2u(0u)) {
+            level += 1u;
+        }
+        has_passed = false;
         let c = cell >> vec2u(level);
         let size = f32(1u << level);
         let leaves = min(exit(ray.begin.x, ray.along.x, c.x, size), exit(ray.begin.y, ray.along.y, c.y, size));
@@ -313,8 +332,9 @@ fn march_stretch(ray: Stretch, t_max: f32, steps: ptr<function, u32>) -> Met {
                     return result;
                 }
             }
-        } else if level < top {
-            level += 1u;
+        } else {
+            has_passed = true;
+            passed = cell;
         }
         if s_exit >= 1.0 || (t_max < FAR_AWAY && weighted_t_along(ray, s_exit) >= t_max * inverse_along(ray, s_exit)) {
             return result;

@@ -5,13 +5,13 @@
 //! range for each cell of the cube, must fit a binding: panoramas of up to 4096 columns do, larger ones stay on the CPU.
 
 use super::answer::{Answer, FieldHit};
-use super::field::AXES;
 use super::march::{NEAREST, NUDGE};
-use super::{DepthField, field::Range};
+use super::pyramid::{BIAS, Level, SHIFT, TILE};
+use super::{DepthField, field::Face};
 use crate::bvh::Ray;
 use crate::bvh::gpu::{RAY, RayKernel};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat3, Vec2};
+use glam::Vec2;
 use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, Kernel, NUMBER, Piece, Shader, Specialization};
 
 /// Rays of one submission: some ten milliseconds of a slow GPU.
@@ -55,7 +55,12 @@ pub static SHADER: Shader = Shader {
         RAY,
         Piece {
             text: include_str!("march.wgsl"),
-            constants: || vec![Constant::f32("NEAREST", NEAREST), Constant::f32("NUDGE", NUDGE)],
+            constants: || {
+                let packing = [("SHIFT", SHIFT), ("BIAS", BIAS), ("TILE", TILE as u32)].map(|(name, v)| Constant::u32(name, v));
+                let mut constants = vec![Constant::f32("NEAREST", NEAREST), Constant::f32("NUDGE", NUDGE)];
+                constants.extend(packing);
+                constants
+            },
         },
     ],
     specializations: &[Specialization { entry: "march", constants: &[] }],
@@ -79,7 +84,7 @@ impl<'a> GpuDepthField<'a> {
     /// [`pano_core::gpu::GpuError::TooLarge`] if it does not fit a binding, or what has become of the device.
     pub fn new(gpu: &Gpu, field: &'a DepthField) -> GpuResult<Self> {
         let n = field.n;
-        let levels = &field.faces[0].pyramid;
+        let levels = field.faces[0].pyramid.levels();
         assert!(levels.len() <= LEVELS + 1, "a face of {n} cells has {} levels", levels.len());
         let mut uniform = March {
             count: 0,
@@ -95,12 +100,12 @@ impl<'a> GpuDepthField<'a> {
         let mut begin = 0;
         for (k, level) in levels[1..].iter().enumerate() {
             uniform.begins[k / 4][k % 4] = begin;
-            begin += level.len() as u32;
+            begin += level.packed().len() as u32;
         }
         uniform.begins[3][3] = begin;
 
         let inverse: Vec<f32> = field.faces.iter().flat_map(|f| f.inverse.iter().copied()).collect();
-        let bits = |face: &super::field::Face, k: usize| {
+        let bits = |face: &Face, k: usize| {
             let (i, j) = (k % (n + 1), k / (n + 1));
             let cell = i < n && j < n && face.gap[j * n + i];
             let right = i < n && face.gap_right[j * n + i];
@@ -108,12 +113,12 @@ impl<'a> GpuDepthField<'a> {
             u32::from(cell) | u32::from(right) << 1 | u32::from(below) << 2
         };
         let gaps: Vec<u32> = field.faces.iter().flat_map(|f| (0..(n + 1) * (n + 1)).map(move |k| bits(f, k))).collect();
-        let plain = |r: &Range| Vec2::new(r.min, r.max);
-        let base: Vec<Vec2> = field.faces.iter().flat_map(|f| f.pyramid[0].iter().map(plain)).collect();
-        let mut upper: Vec<Vec2> = field.faces.iter().flat_map(|f| f.pyramid[1..].iter().flatten().map(plain)).collect();
+        let base: Vec<u32> = field.faces.iter().flat_map(|f| f.pyramid.levels()[0].packed()).copied().collect();
+        let above = |f: &'a Face| f.pyramid.levels()[1..].iter().flat_map(Level::packed);
+        let mut upper: Vec<u32> = field.faces.iter().flat_map(above).copied().collect();
         if upper.is_empty() {
             // A face of one cell has nothing above it, and nothing cannot be bound.
-            upper.push(Vec2::ZERO);
+            upper.push(0);
         }
         Ok(Self {
             field,
@@ -148,11 +153,9 @@ impl<'a> GpuDepthField<'a> {
         if met.what != SURFACE {
             return Answer::Left;
         }
-        let [forward, right, down] = AXES[met.face as usize];
-        let axes = Mat3::from_cols(right, down, forward);
-        let side = self.field.faces[met.face as usize].side(self.field.n, met.at, axes.transpose() * ray.direction);
+        let side = self.field.side(met.face as usize, met.at, ray.direction);
         // A surface through the capture point has no side.
         let Some((normal, back)) = side else { return Answer::Left };
-        Answer::Surface(FieldHit { t: met.t, normal: axes * normal, back, at_gap: met.at_gap != 0, hidden_side: None })
+        Answer::Surface(FieldHit { t: met.t, normal, back, at_gap: met.at_gap != 0, hidden_side: None })
     }
 }

@@ -146,6 +146,7 @@ impl RealWorld for Wall {
             t,
             position,
             normal: Vec3::Z,
+            facet: Vec3::Z,
             surface: 0,
             radiance: Some(Self::color(position)),
         })

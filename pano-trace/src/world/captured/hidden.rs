@@ -8,7 +8,7 @@ use pano_core::random::{Sampler, Stream};
 use std::f32::consts::FRAC_1_PI;
 
 /// Pairs of rays by which the light on a hidden side is estimated: their noise is then below that of a mirror's other pixels.
-const PAIRS: u32 = 4;
+const PAIRS: u32 = 1;
 
 impl CapturedWorld {
     /// Radiance of an assumed back face at `hit`, made of what the panorama shows along `q`.

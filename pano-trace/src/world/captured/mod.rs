@@ -8,7 +8,7 @@ mod irradiance;
 use super::{Environment, LightSample, RealHit, RealWorld, proxy::reflectance_from};
 use crate::bvh::Ray;
 use crate::objects::Ball;
-use crate::prt::{DepthField, FieldOptions, HiddenSide};
+use crate::prt::{DepthField, FieldHit, FieldOptions, HiddenSide};
 use glam::{Quat, Vec2, Vec3};
 use irradiance::IrradianceMap;
 use pano_core::{color, distribution::SphereDistribution, image::Image, image::RadianceImage, progress::Progress, sphere};
@@ -113,18 +113,21 @@ impl CapturedWorld {
             return None;
         }
         let at = direction / inverse;
-        let toward = -plane.try_normalize()?;
+        let normal = self.world_from_pano * -plane.try_normalize()?;
         Some(RealHit {
             t: 1.0 / inverse,
             position: self.capture + self.world_from_pano * at,
-            normal: self.world_from_pano * toward,
+            normal,
+            // The panorama's own view samples no light.
+            facet: normal,
             surface: SEEN,
             radiance: Some(sphere::bilinear(&self.radiance, sphere::uv_from_direction(direction))),
         })
     }
 
-    /// The nearest surface on the ray, with what was assumed about it. A back face shows the radiance of the front it is made of.
-    fn nearest(&self, ray: &Ray) -> Option<(RealHit, Option<HiddenSide>)> {
+    /// The nearest surface on the ray as it lights others: its normal is the facet's, and a back face shows the radiance of the
+    /// front it is made of. With how the depth field was met; `None`: by the panorama's own view.
+    fn nearest(&self, ray: &Ray) -> Option<(RealHit, Option<FieldHit>)> {
         let inverse_turn = self.world_from_pano.inverse();
         let (origin, direction) = (inverse_turn * (ray.origin - self.capture), inverse_turn * ray.direction);
         if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
@@ -135,14 +138,9 @@ impl CapturedWorld {
             Some(HiddenSide::BackFace(q) | HiddenSide::BackLayer(q)) => (HIDDEN_SIDE, q),
             None => (SEEN, origin + direction * hit.t),
         };
-        let real = RealHit {
-            t: hit.t,
-            position: ray.at(hit.t),
-            normal: self.world_from_pano * hit.normal,
-            surface,
-            radiance: Some(self.shown(shown, hit.at_gap)),
-        };
-        Some((real, hit.hidden_side))
+        let normal = self.world_from_pano * hit.normal;
+        let radiance = Some(self.shown(shown, hit.at_gap));
+        Some((RealHit { t: hit.t, position: ray.at(hit.t), normal, facet: normal, surface, radiance }, Some(hit)))
     }
 
     /// Radiance shown at a point; across a gap the nearest texel's, never a mixture of front and back.
@@ -160,10 +158,16 @@ impl CapturedWorld {
 impl RealWorld for CapturedWorld {
     #[inline]
     fn hit(&self, ray: &Ray) -> Option<RealHit> {
-        let (hit, assumed) = self.nearest(ray)?;
-        Some(match assumed {
+        let (hit, met) = self.nearest(ray)?;
+        let Some(met) = met else { return Some(hit) };
+        Some(match met.hidden_side {
+            None => {
+                let direction = self.world_from_pano.inverse() * ray.direction;
+                let normal = self.field.smooth_normal(self.to_pano(hit.position), direction, &met);
+                RealHit { normal: self.world_from_pano * normal, ..hit }
+            }
             Some(HiddenSide::BackFace(q)) => RealHit { radiance: Some(self.relit(&hit, q)), ..hit },
-            _ => hit,
+            Some(HiddenSide::BackLayer(_)) => hit,
         })
     }
 
@@ -211,7 +215,7 @@ impl RealWorld for CapturedWorld {
     #[inline]
     fn sample_light(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
         let direction = self.light.as_ref()?.sample(u)?.direction;
-        let (inverse, _) = self.field.look(direction);
+        let inverse = self.field.inverse_distance(direction);
         if inverse <= 0.0 {
             return Some(LightSample { direction: self.world_from_pano * direction, target: None });
         }
@@ -226,7 +230,7 @@ impl RealWorld for CapturedWorld {
             None => {
                 // Only what the panorama sees of infinity is aimed at.
                 let d = self.world_from_pano.inverse() * direction;
-                if self.field.look(d).0 <= 0.0 { light.pdf(d) } else { 0.0 }
+                if self.field.inverse_distance(d) <= 0.0 { light.pdf(d) } else { 0.0 }
             }
             Some(hit) if hit.surface == HIDDEN_SIDE => 0.0,
             Some(hit) => {
@@ -234,8 +238,8 @@ impl RealWorld for CapturedWorld {
                 let at = self.to_pano(hit.position);
                 let r2 = at.length_squared();
                 let seen = at / r2.sqrt();
-                let cos_capture = (self.world_from_pano * seen).dot(hit.normal).abs();
-                let cos_here = direction.dot(hit.normal).abs().max(1e-6);
+                let cos_capture = (self.world_from_pano * seen).dot(hit.facet).abs();
+                let cos_here = direction.dot(hit.facet).abs().max(1e-6);
                 let pdf = light.pdf(seen) * hit.t * hit.t * cos_capture / (r2 * cos_here);
                 if pdf.is_finite() { pdf } else { 0.0 }
             }

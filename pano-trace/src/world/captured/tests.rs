@@ -295,7 +295,9 @@ fn hidden_sides_are_lit_by_what_they_face() {
                 let from = Vec3::new(side * 1.2, random.random_range(-0.2..0.2), -1.2);
                 let to = Vec3::new(side * 0.4, random.random_range(-0.2..0.2), random.random_range(-1.3..-1.05));
                 let ray = Ray::new(here().1 + here().0 * from, here().0 * (to - from).normalize());
-                let Some((hit, Some(HiddenSide::BackFace(_)))) = world.nearest(&ray) else { continue };
+                let Some((hit, Some(FieldHit { hidden_side: Some(HiddenSide::BackFace(_)), .. }))) = world.nearest(&ray) else {
+                    continue;
+                };
                 assert!((here().0.inverse() * hit.normal).x * side > 0.95, "{hit:?}");
                 (sum, count) = (sum + world.hit(&ray).unwrap().radiance.unwrap().x, count + 1);
             }
