@@ -197,6 +197,16 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     Ok(demo)
 }
 
+/// Distance along the ray in metres of the demo's panorama, `width` (even, ≥ 2) columns wide; infinite in the window.
+///
+/// # Errors
+/// [`Error::Core`] if `width` is odd or 0.
+pub fn room_depth(width: usize) -> Result<Image<f32>> {
+    DemoParams { panorama_width: width, ..DemoParams::full() }.validate()?;
+    let place = Place::new()?;
+    Ok(reference::depth(&place.without_objects(), &place.panorama(width), |triangle| place.is_window(triangle)))
+}
+
 /// Says which step of the demo a stage belongs to.
 struct Step<'a> {
     progress: &'a dyn Progress,
