@@ -118,6 +118,17 @@ impl DepthField {
         (-1..=1).any(|dy| (-1..=1).any(|dx| gap(i + dx, j + dy)))
     }
 
+    /// Whether the surfaces in two directions less than a cell apart are not the same one.
+    pub(super) fn gap_between(&self, d0: Vec3, d1: Vec3) -> bool {
+        let sample = |d: Vec3| {
+            let (face, at) = face_from_direction(d);
+            let g = ((at + 1.0) * (0.5 * self.n as f32)).round().clamp(Vec2::ZERO, Vec2::splat(self.n as f32));
+            (face, (g.x as usize, g.y as usize))
+        };
+        let ((face, a), (other, b)) = (sample(d0), sample(d1));
+        face != other || (a != b && self.faces[face].gap_between(self.n, a, b))
+    }
+
     /// Inverse distance along unit direction `d`; 0: nothing there.
     pub fn inverse_distance(&self, d: Vec3) -> f32 {
         let (face, at) = face_from_direction(d);

@@ -14,10 +14,14 @@ pub fn march_linear(field: &DepthField, origin: Vec3, direction: Vec3, t_max: f3
     let (begin, end) = (angle(0.0), if t_max.is_finite() { angle(t_max) } else { std::f32::consts::FRAC_PI_2 - 1e-4 });
     let t_at = |k: usize| foot + distance * (begin + (end - begin) * k as f32 / steps as f32).tan();
     // Positive in front of the surface.
-    let gap = |t: f32| {
+    let seen = |t: f32| {
         let p = origin + direction * t;
         let r = p.length();
-        1.0 / r - field.inverse_distance(p / r)
+        (p / r, r)
+    };
+    let gap = |t: f32| {
+        let (d, r) = seen(t);
+        1.0 / r - field.inverse_distance(d)
     };
     let (mut t0, mut g0) = (1e-5f32, gap(1e-5));
     for k in 1..=steps {
@@ -29,9 +33,9 @@ pub fn march_linear(field: &DepthField, origin: Vec3, direction: Vec3, t_max: f3
                 if (gap(mid) > 0.0) == (g0 > 0.0) { lo = mid } else { hi = mid }
             }
             let t = 0.5 * (lo + hi);
-            // A sign change without a zero is a gap the ray passes through.
-            let slope = (gap(lo) - gap(hi)).abs();
-            if slope < 1e-3 * (g0.abs() + g1.abs()) + 1e-5 {
+            // A sign change without a zero is a gap the ray passes through, or a crack in one surface.
+            let zero = (gap(lo) - gap(hi)).abs() < 1e-3 * (g0.abs() + g1.abs()) + 1e-5;
+            if zero || !field.gap_between(seen(lo).0, seen(hi).0) {
                 let p = origin + direction * t;
                 let (face, at) = face_from_direction(p);
                 let (normal, back) = field.side(face, at, direction)?;
