@@ -3,6 +3,7 @@
 use super::super::{Result, device::Device};
 use super::Signals;
 use glam::Vec3;
+use pano_core::color::luminance;
 use pano_core::image::Image;
 use pano_denoise::{atrous, firefly, temporal};
 use pano_trace::iprt::{GBuffer, RealEstimate, VirtualEstimate};
@@ -19,6 +20,9 @@ const SAMPLES_WITH_VARIANCE: u32 = 4;
 /// deviations from its neighbours, and must still be spread over them.
 const RARE: f32 = 4.0;
 
+/// As many standard deviations as that are no edge.
+const ANY: f32 = 1e30;
+
 /// What the filters of a frame share.
 pub(super) struct Filters<'a> {
     pub(super) buffer: &'a GBuffer,
@@ -31,6 +35,17 @@ pub(super) struct Filters<'a> {
 }
 
 impl Filters<'_> {
+    /// Adds what [`Self::clamp_fireflies`] took to the filtered signal, spread over the surface: it is light all the same.
+    fn spread_fireflies(&mut self, share: &Image<f32>, mut excess: Image<Vec3>, signal: &mut Image<Vec3>) -> Result<()> {
+        let guides = atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal };
+        let params = atrous::Params { wrap: self.wrap, sigma_luminance: ANY, ..atrous::Params::default() };
+        self.device.spread(self.stage, &params, &guides, share, None, &mut excess)?;
+        for (value, excess) in signal.data_mut().iter_mut().zip(excess.data()) {
+            *value += *excess;
+        }
+        Ok(())
+    }
+
     fn spread(&mut self, share: &Image<f32>, variance: &mut Image<f32>, signal: &mut Image<Vec3>) -> Result<()> {
         let guides = atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal };
         let mut params = atrous::Params { wrap: self.wrap, ..atrous::Params::default() };
@@ -45,49 +60,67 @@ impl Filters<'_> {
 
     /// E_R and E_RV − E_R.
     pub(super) fn real(&mut self, real: &mut RealEstimate, warnings: &mut Vec<String>) -> Result<()> {
-        self.clamp_fireflies("irradiance", &real.share, &mut real.irradiance, warnings)?;
+        let excess = self.clamp_fireflies("irradiance", &real.share, &mut real.irradiance, |_| true, warnings)?;
         self.spread(&real.share, &mut real.irradiance_variance, &mut real.irradiance)?;
+        if let Some(excess) = excess {
+            self.spread_fireflies(&real.share, excess, &mut real.irradiance)?;
+        }
         // The change keeps the energy of its fireflies: they are caustics.
         self.spread(&real.share, &mut real.change_variance, &mut real.change)
     }
 
     /// The objects' radiance, without their base colour.
     pub(super) fn seen(&mut self, seen: &mut VirtualEstimate, warnings: &mut Vec<String>) -> Result<()> {
-        self.clamp_fireflies("object", &seen.coverage, &mut seen.radiance, warnings)?;
+        let rough = |i: usize| !self.buffer.smooth.data()[i];
+        let mut excess = self.clamp_fireflies("object", &seen.coverage, &mut seen.radiance, rough, warnings)?;
         let albedo = self.buffer.albedo.map(|a| if a.min_element() >= LEAST_ALBEDO { a } else { Vec3::ONE });
-        for (radiance, &albedo) in seen.radiance.data_mut().iter_mut().zip(albedo.data()) {
-            *radiance /= albedo;
+        for layer in [Some(&mut seen.radiance), excess.as_mut()].into_iter().flatten() {
+            layer.data_mut().iter_mut().zip(albedo.data()).for_each(|(radiance, &albedo)| *radiance /= albedo);
         }
         let guides = albedo.data().iter().zip(self.buffer.smooth.data());
         for (variance, (&albedo, &smooth)) in seen.variance.data_mut().iter_mut().zip(guides) {
             let believed = if smooth { MIRROR_NOISE } else { 1.0 };
-            *variance *= (believed / pano_core::color::luminance(albedo)).powi(2);
+            *variance *= (believed / luminance(albedo)).powi(2);
         }
         self.spread(&seen.coverage, &mut seen.variance, &mut seen.radiance)?;
+        if let Some(excess) = excess {
+            self.spread_fireflies(&seen.coverage, excess, &mut seen.radiance)?;
+        }
         for (radiance, &albedo) in seen.radiance.data_mut().iter_mut().zip(albedo.data()) {
             *radiance *= albedo;
         }
         Ok(())
     }
 
+    /// Clamps fireflies, and returns what was taken where it may be spread over the surface; `None` if that is nothing. What
+    /// is taken elsewhere is lost, and told.
     fn clamp_fireflies(
         &mut self,
         layer: &str,
         share: &Image<f32>,
         signal: &mut Image<Vec3>,
+        may_spread: impl Fn(usize) -> bool,
         warnings: &mut Vec<String>,
-    ) -> Result<()> {
+    ) -> Result<Option<Image<Vec3>>> {
         let params = firefly::Params { wrap: self.wrap, ..firefly::Params::default() };
+        let mut excess = signal.clone();
         let clamped = self.device.clamp_fireflies(self.stage, &params, share, signal)?;
-        // Less than a hundredth is what rounds away at the edges of highlights.
-        if clamped.energy > 1e-2 * clamped.before {
-            warnings.push(format!(
-                "clamping fireflies took {:.1} % of the {layer} layer's light, in {} pixels",
-                100.0 * clamped.energy / clamped.before,
-                clamped.pixels
-            ));
+        let (mut spread, mut lost) = (false, 0.0);
+        for (i, (excess, kept)) in excess.data_mut().iter_mut().zip(signal.data()).enumerate() {
+            *excess -= *kept;
+            if may_spread(i) {
+                spread |= *excess != Vec3::ZERO;
+            } else {
+                lost += f64::from(luminance(*excess).abs());
+                *excess = Vec3::ZERO;
+            }
         }
-        Ok(())
+        // Less than a hundredth is what rounds away at the edges of highlights.
+        if lost > 1e-2 * clamped.before {
+            let share = 100.0 * lost / clamped.before;
+            warnings.push(format!("clamping fireflies took {share:.1} % of the {layer} layer's light, off smooth surfaces"));
+        }
+        Ok(spread.then_some(excess))
     }
 }
 
