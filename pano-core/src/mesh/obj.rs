@@ -1,6 +1,6 @@
 //! Wavefront OBJ: `v vt vn f s usemtl mtllib`; other statements (names, points, lines, curves) are passed over.
 
-use super::{Mesh, mtl};
+use super::{Files, Mesh, mtl};
 use crate::{Error, Result, material::Material};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
@@ -34,8 +34,8 @@ struct Obj {
     material_of_name: HashMap<String, u32>,
 }
 
-/// Reads the OBJ file `bytes`; `path` is for messages and for finding the MTL files it names.
-pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh> {
+/// Reads the OBJ file `bytes`; `path` is for messages and for finding the MTL files it names, which `files` reads.
+pub(super) fn read(path: &Path, bytes: &[u8], files: &Files<'_>) -> Result<Mesh> {
     // Only names and comments can hold other bytes than ASCII.
     let text = String::from_utf8_lossy(bytes);
     let mut obj = Obj::default();
@@ -56,7 +56,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh> {
                 Ok(())
             }
             "mtllib" => {
-                mtl::read(path, rest, &mut obj.materials, &mut obj.material_of_name)?;
+                mtl::read(path, rest, files, &mut obj.materials, &mut obj.material_of_name)?;
                 Ok(())
             }
             _ => Ok(()),

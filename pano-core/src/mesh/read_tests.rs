@@ -291,7 +291,7 @@ fn damaged_and_unusable_files_are_refused_with_their_reason() {
         ("a.glb", edited(r#"[{"mesh":0}]"#, r#"[{"mesh":0,"children":[0]}]"#), "own ancestor"),
         ("a.glb", edited(r#"[{"mesh":0}]"#, "[{}]"), "no triangles"),
         ("a.glb", images(r#"{"uri":"none.png"}"#), "none.png"),
-        ("a.glb", images(r#"{"bufferView":0}"#), "not a readable picture"),
+        ("a.glb", images(r#"{"bufferView":0}"#), "not a picture"),
         ("a.glb", images("{}"), "no source"),
     ];
     let folder = Folder::new();

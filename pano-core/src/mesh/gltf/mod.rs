@@ -7,7 +7,7 @@ mod accessor;
 mod material;
 mod uri;
 
-use super::Mesh;
+use super::{Files, Mesh};
 use crate::{Error, Result};
 use ::gltf::json::{self, Index, mesh::Mode, mesh::Semantic, validation::Checked, validation::Validate};
 use accessor::Buffers;
@@ -33,8 +33,8 @@ const MAX_VERTICES: usize = 1 << 28;
 
 const REMEDY: &str = "Check it with a glTF validator, or export the mesh again.";
 
-/// Reads the glTF or GLB file `bytes`; `path` is for messages and for finding the files it names.
-pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh> {
+/// Reads the glTF or GLB file `bytes`; `path` is for messages and for finding the files it names, which `files` reads.
+pub(super) fn read(path: &Path, bytes: &[u8], files: &Files<'_>) -> Result<Mesh> {
     let (text, blob) = if bytes.starts_with(b"glTF") { split_glb(path, bytes)? } else { (bytes, None) };
     let mut root: json::Root =
         json::deserialize::from_slice(text).map_err(|e| Error::file(path, format!("is not glTF: {e}"), REMEDY))?;
@@ -42,7 +42,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     // Checked above against what *this* reader does, which is more than the crate knows.
     root.extensions_required.clear();
     check(path, &root)?;
-    let buffers = Buffers::load_all(path, &root, blob)?;
+    let buffers = Buffers::load_all(path, &root, blob, files)?;
     let mut reader =
         Reader { path, root: &root, materials: Materials::new(path, &root, &buffers), buffers: &buffers, mesh: Mesh::default() };
     reader.scene()?;
