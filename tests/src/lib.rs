@@ -1,5 +1,6 @@
 //! Cross-crate tests live in `tests/`, benchmarks in `benches/`; this library holds what they share.
 
+pub mod fuzz;
 pub mod random;
 pub mod rooms;
 pub mod scenes;

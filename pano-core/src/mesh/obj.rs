@@ -3,7 +3,7 @@
 use super::{Files, Mesh, mtl};
 use crate::{Error, Result, material::Material};
 use glam::{Vec2, Vec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 /// Stands for an index that a face's corner does not give.
@@ -40,6 +40,8 @@ pub(super) fn read(path: &Path, bytes: &[u8], files: &Files<'_>) -> Result<Mesh>
     let text = String::from_utf8_lossy(bytes);
     let mut obj = Obj::default();
     let (mut material, mut smoothing) = (NONE, 0);
+    // Each is read once, however often it is named.
+    let mut libraries = HashSet::new();
     for (i, line) in joined_lines(&text) {
         let (keyword, rest) = split_keyword(&line);
         let done = match keyword {
@@ -56,7 +58,9 @@ pub(super) fn read(path: &Path, bytes: &[u8], files: &Files<'_>) -> Result<Mesh>
                 Ok(())
             }
             "mtllib" => {
-                mtl::read(path, rest, files, &mut obj.materials, &mut obj.material_of_name)?;
+                if libraries.insert(rest.to_owned()) {
+                    mtl::read(path, rest, files, &mut obj.materials, &mut obj.material_of_name)?;
+                }
                 Ok(())
             }
             _ => Ok(()),

@@ -28,9 +28,6 @@ const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// Vertices a file may unfold to: nodes can repeat one mesh without end.
-const MAX_VERTICES: usize = 1 << 28;
-
 const REMEDY: &str = "Check it with a glTF validator, or export the mesh again.";
 
 /// Reads the glTF or GLB file `bytes`; `path` is for messages and for finding the files it names, which `files` reads.
@@ -101,6 +98,16 @@ fn check_extensions(path: &Path, root: &json::Root) -> Result<()> {
 }
 
 fn check(path: &Path, root: &json::Root) -> Result<()> {
+    // The crate's validation (1.4) looks these accessors up before it checks that they exist.
+    for (m, mesh) in root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).map(Index::value);
+            if let Some(missing) = positions.filter(|&accessor| accessor >= root.accessors.len()) {
+                let problem = format!("mesh {m}, primitive {p}: POSITION is accessor {missing} of {}", root.accessors.len());
+                return Err(Error::file(path, problem, REMEDY));
+            }
+        }
+    }
     let mut first = None;
     root.validate(root, json::Path::new, &mut |place, error| {
         first.get_or_insert_with(|| format!("{}: {error}", place().as_str()));
@@ -160,8 +167,11 @@ impl Reader<'_> {
         for (i, primitive) in root.meshes[index].primitives.iter().enumerate() {
             let place = format!("mesh {index}, primitive {i}");
             let Some(mut part) = self.primitive(primitive, &place)? else { continue };
-            if self.mesh.positions.len() + part.positions.len() > MAX_VERTICES {
-                return Err(self.broken(format!("unfolds to more than {MAX_VERTICES} vertices")));
+            let most = self.buffers.most_unfolded();
+            let vertices = self.mesh.positions.len() + part.positions.len();
+            let faces = self.mesh.triangles.len() + part.triangles.len();
+            if vertices.max(faces) > most {
+                return Err(self.broken(format!("unfolds to more than the {most} vertices or faces its data can be meant for")));
             }
             part.transform(world_from_mesh);
             let material = match primitive.material {
