@@ -1,3 +1,4 @@
+mod adaptive;
 mod iprt;
 mod rt2ar;
 
