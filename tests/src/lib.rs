@@ -1,6 +1,7 @@
 //! Cross-crate tests live in `tests/`, benchmarks in `benches/`; this library holds what they share.
 
 pub mod fuzz;
+pub mod nasty;
 pub mod random;
 pub mod rooms;
 pub mod scenes;
