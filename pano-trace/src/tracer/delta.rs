@@ -168,10 +168,17 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let aim = Aim::new(self.objects.clusters(), self.world.leave(hit), hit.normal);
         match aim.form_factor {
             _ if aim.inside || self.params.everywhere => 1,
+            // Nothing changes here. What else the pixel shows may, at its rims: a few samples look.
+            _ if aim.nothing() && !self.has_second_order(self.params.bounces) => 16,
             f if f < 0.125 * FULL_EFFORT => 4,
             f if f < 0.5 * FULL_EFFORT => 2,
             _ => 1,
         }
+    }
+
+    /// Whether changed surfaces change one another.
+    fn has_second_order(&self, bounces: u32) -> bool {
+        bounces >= 2 && self.params.second_order && self.world.sees_itself()
     }
 
     /// The same with about one ray, for points that only colour a path's end.
@@ -182,7 +189,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     fn delta_at(&self, hit: &RealHit, bounces: u32, effort: f32, least: f32, boost: f32, walk: &mut Walk) -> Vec3 {
         let x = self.world.leave(hit);
         let aim = Aim::new(self.objects.clusters(), x, hit.normal);
-        let second_order = bounces >= 2 && self.params.second_order && self.world.sees_itself();
+        let second_order = self.has_second_order(bounces);
         let everywhere = self.params.everywhere;
         if aim.nothing() && !second_order && !everywhere {
             return Vec3::ZERO;

@@ -113,7 +113,7 @@ fn read_obj(bytes: &[u8]) -> Result<usize> {
     let middle = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
     let renamed = |e: Error| match e {
         // An error of the library names the library.
-        Error::File { path, problem, remedy } if path == Path::new("a.mtl") => Error::file(FILE, problem, remedy),
+        Error::File { path, problem, remedy } if path.file_name() == Some("a.mtl".as_ref()) => Error::file(FILE, problem, remedy),
         other => other,
     };
     mesh_with(&bytes[..middle], "obj", bytes.get(middle + 1..).unwrap_or_default()).map_err(renamed)
