@@ -167,7 +167,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     pub(crate) fn thinning(&self, hit: &RealHit) -> u32 {
         let aim = Aim::new(self.objects.clusters(), self.world.leave(hit), hit.normal);
         match aim.form_factor {
-            _ if aim.inside || self.params.everywhere => 1,
+            _ if aim.inside => 1,
             // Nothing changes here. What else the pixel shows may, at its rims: a few samples look.
             _ if aim.nothing() && !self.has_second_order(self.params.bounces) => 16,
             f if f < 0.125 * FULL_EFFORT => 4,

@@ -141,8 +141,10 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         // Where no object's bounds reach, no ray looks for one.
         let scene = if self.may_see_objects(frame.camera, corner) { Scene::Mixed } else { Scene::Real };
         let thinning = match center {
-            First::Real(hit) if scene == Scene::Real && self.params.method == Method::Dpt => self.thinning(&hit),
-            _ => 1,
+            _ if scene == Scene::Mixed || self.params.method != Method::Dpt || self.params.everywhere => 1,
+            First::Real(hit) => self.thinning(&hit),
+            // Only what shows at the sky's rims can change.
+            _ => 4,
         };
         let most = self.params.samples.div_ceil(thinning);
         let boost = self.params.samples as f32 / most as f32;

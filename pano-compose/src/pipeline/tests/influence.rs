@@ -18,7 +18,7 @@ fn small_object(place: &Place, depth: bool, bounces: u32) -> Scene {
     place
         .depth("depth.exr", &Image::from_fn(64, 32, |x, y| (-1.5 / direction(64, 32, x, y).y.min(-0.05)).max(0.0) * below(x, y)));
     let real = if depth { "depth = 'depth.exr'" } else { "camera_height = 1.5" };
-    let object = OBJECT.replace("position = [0, 0, -2]", "position = [0, 0, -3]");
+    let object = OBJECT.replace("position = [0, 0, -2]", "position = [0, 0, -2.5]");
     let mut scene = place.scene(
         &format!("color = 'room.exr'\n{real}\nposition = [0, 1.5, 0]"),
         &format!("{object}[view]\nkind = 'perspective'\npitch = -30\nvfov = 90\nsize = [64, 48]\n"),
@@ -32,11 +32,14 @@ fn below(x: usize, y: usize) -> f32 {
     f32::from(u8::from(direction(64, 32, x, y).y < 0.0))
 }
 
-/// Rays of the planned run as a share of those of the forced one: measured, with room for other random numbers.
+/// Rays of the planned run as a share of those of the forced one: measured, with room for other random numbers. Every point of
+/// an open floor sees the object, and a low sun behind it may change any of them, so that each is asked by a quarter of the
+/// samples.
 #[test]
 fn a_small_object_costs_a_fraction_of_the_forced_run() {
     let place = Place::new();
-    for (depth, bounces, most) in [(false, 1, 0.05), (false, 3, 0.05), (true, 1, 0.05), (true, 3, 0.1)] {
+    let mut failures = Vec::new();
+    for (depth, bounces, most) in [(false, 1, 0.17), (false, 3, 0.18), (true, 1, 0.17), (true, 3, 0.25)] {
         let scene = small_object(&place, depth, bounces);
         let planned = run(&scene);
         let mut options = RenderOptions::default();
@@ -50,10 +53,30 @@ fn a_small_object_costs_a_fraction_of_the_forced_run() {
             rays(&planned),
             rays(&forced)
         );
-        assert!((0.005..0.02).contains(&covered), "{covered}");
-        assert!(share < most, "depth {depth}, {bounces} bounces: {share}");
         let ratio = change(&planned) / change(&forced);
-        assert!((ratio - 1.0).abs() < 0.1, "depth {depth}, {bounces} bounces: {ratio}");
+        if !((0.005..0.02).contains(&covered) && share < most && (ratio - 1.0).abs() < 0.1) {
+            failures.push(format!("depth {depth}, {bounces} bounces: covers {covered}, share {share}, change {ratio}"));
+        }
+    }
+    assert!(failures.is_empty(), "{failures:?}");
+}
+
+/// Where the object is below the horizon of all there is, a sixteenth of the samples looks (a quarter at the sky, for its rims), and
+/// the photo comes back bit for bit.
+#[test]
+fn what_sees_no_object_costs_next_to_nothing() {
+    let place = Place::new();
+    for depth in [false, true] {
+        let mut scene = small_object(&place, depth, 1);
+        scene.objects[0].placement.position.y = -2.0;
+        let planned = run(&scene);
+        let mut options = RenderOptions::default();
+        options.settings.captured.irradiance_width = 64;
+        options.force("influence", false).unwrap();
+        let forced = render(&scene, &options, &Silent).unwrap();
+        let share = rays(&planned) as f64 / rays(&forced) as f64;
+        assert!(share < 0.06, "depth {depth}: {} of {} rays", rays(&planned), rays(&forced));
+        assert_eq!(bits(&planned.composite.color), bits(&planned.photo), "depth {depth}");
     }
 }
 
@@ -69,13 +92,13 @@ fn a_matt_scene_runs_no_stage_it_does_not_call_for() {
         assert!(!planned.stats.plan.is_on(effect), "{effect}");
     }
     let mut options = RenderOptions::default();
-    for effect in FORCEABLE {
+    // Not a second bounce, which is other light.
+    for effect in FORCEABLE.into_iter().filter(|effect| *effect != "multi_bounce") {
         options.force(effect, effect != "influence").unwrap();
     }
     let forced = render(&scene, &options, &Silent).unwrap();
     let ratio = change(&planned) / change(&forced);
     assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
     let object = |r: &Rendered| r.layers.object.data().iter().map(|d| f64::from(d.y)).sum::<f64>();
-    // Forced bounces add what the faces of a convex thing do not send to one another: nothing.
     assert!((object(&planned) / object(&forced) - 1.0).abs() < 0.05, "{} {}", object(&planned), object(&forced));
 }
