@@ -123,7 +123,7 @@ impl Nasty {
         twice.extend_from_slice(&cube.triangles);
         let ball = primitives::icosphere(1.0, 3);
         let square = [Vec3::new(-0.5, 0.0, -0.5), Vec3::new(-0.5, 0.0, 0.5), Vec3::new(0.5, 0.0, 0.5), Vec3::new(0.5, 0.0, -0.5)];
-        let meshes: [(&str, &[Vec3], &[[u32; 3]]); 5] = [
+        let meshes: [Faces<'_>; 5] = [
             ("cube", &cube.positions, &cube.triangles),
             ("twice", &cube.positions, &twice),
             ("ball", &ball.positions, &ball.triangles),
@@ -209,6 +209,9 @@ impl Nasty {
         }
     }
 }
+
+/// A mesh's name, vertices and faces.
+type Faces<'a> = (&'a str, &'a [Vec3], &'a [[u32; 3]]);
 
 /// An ASCII PLY.
 fn ply(positions: &[Vec3], triangles: &[[u32; 3]]) -> String {
