@@ -17,6 +17,8 @@ pub mod color;
 pub mod depth;
 pub mod distribution;
 mod error;
+#[cfg(any(feature = "io", feature = "scene"))]
+mod file;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod image;

@@ -3,7 +3,7 @@
 use super::device::Device;
 use super::lights::Lights;
 use super::view::view_of_photo;
-use super::{Clock, Inputs, RenderOptions, Rendered, Result, World, iprt, path_traced, resolve_method, rt2ar};
+use super::{Clock, Inputs, RenderOptions, Rendered, Result, SamplingStats, World, iprt, path_traced, resolve_method, rt2ar};
 use crate::composite::{Composite, Irradiance};
 use crate::lens;
 use crate::plan::EffectPlan;
@@ -15,6 +15,7 @@ use pano_core::{
     scene::{Method, Scene},
 };
 use pano_trace::objects::Objects;
+use pano_trace::tracer::Sampling;
 
 /// Everything a frame is made of.
 pub(crate) struct Frame<'a> {
@@ -106,12 +107,23 @@ impl<'a> Frame<'a> {
         }
         let view = View { photo, lighting };
         let found = found.as_ref().map(|lighting| (lighting, &plan));
+        let mut sampling = None;
         let filtered = match (method, found) {
             (Method::Iprt, _) => iprt::trace(self, view, &mut carried.past, device, &mut clock, &mut warnings, progress)?,
             (Method::Rt2ar, Some(found)) => rt2ar::trace(self, view, found, &mut clock, &mut warnings, progress)?,
-            _ => path_traced::trace(self, method, view, found, device, &mut clock, &mut warnings, progress)?,
+            _ => {
+                let traced = path_traced::trace(self, method, view, found, device, &mut clock, &mut warnings, progress)?;
+                sampling = traced.1;
+                traced.0
+            }
         };
-        self.finish(filtered, method, plan, device, warnings, clock)
+        let mut rendered = self.finish(filtered, method, plan, device, warnings, clock)?;
+        if let Some(Sampling { samples, error }) = sampling {
+            let mean = error.data().iter().map(|e| f64::from(*e)).sum::<f64>() / error.data().len() as f64;
+            rendered.stats.sampling = Some(SamplingStats { samples, error: mean as f32 });
+            rendered.error = Some(error);
+        }
+        Ok(rendered)
     }
 
     /// The last stage.
@@ -149,6 +161,6 @@ impl<'a> Frame<'a> {
         warnings.extend(device.take_warnings());
         let stats = clock.finish(method.name(), device.adapter(), plan, warnings);
         let (camera, encoding) = (self.camera, self.inputs.view_encoding(self.scene));
-        Ok(Rendered { camera, photo, encoding, layers, irradiance, shadows, composite: out, stats })
+        Ok(Rendered { camera, photo, encoding, layers, irradiance, shadows, error: None, composite: out, stats })
     }
 }

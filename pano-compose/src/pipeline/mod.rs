@@ -30,7 +30,7 @@ pub use load::{CameraInputs, Inputs, Loader, prepare_objects};
 pub use output::write_output;
 pub use sequence::Sequence;
 pub use settings::{SETTINGS, Setting, Settings};
-pub use stats::{StageStats, Stats};
+pub use stats::{SamplingStats, StageStats, Stats};
 pub use world::{World, build_world, resolve_method};
 
 use crate::composite::{Composite, Irradiance};
@@ -109,6 +109,8 @@ pub struct Rendered {
     pub irradiance: Option<Irradiance>,
     /// Per light, strongest first, the share of it that reaches what the pixel shows; of `mr360` only.
     pub shadows: Vec<Image<f32>>,
+    /// Standard error of every pixel's luminance before any filter, where sampling was adaptive.
+    pub error: Option<Image<f32>>,
     /// The composite.
     pub composite: Composite,
     /// What was done.

@@ -6,8 +6,8 @@ use pano_core::image::Image;
 use pano_core::io::{self, SourceEncoding};
 use std::path::Path;
 
-/// Writes the composite: all layers to `.exr`, with irradiance and the `shadow.<light>.V` of each light where the method has
-/// them; otherwise the composite alone, display-encoded, as the name's extension says (`.png` with 16 bits a channel if the
+/// Writes the composite: all layers to `.exr`, with irradiance, the `shadow.<light>.V` of each light and `error.V` where the
+/// method has them; otherwise the composite alone, display-encoded, as the name's extension says (`.png` with 16 bits a channel if the
 /// panorama had them).
 ///
 /// # Errors
@@ -22,6 +22,9 @@ pub fn write_output(path: &Path, rendered: &Rendered) -> Result<()> {
                     channels.push((format!("{layer}.{name}"), image.map(|e| e[c])));
                 }
             }
+        }
+        if let Some(error) = &rendered.error {
+            channels.push(("error.V".to_owned(), error.clone()));
         }
         for (light, shadow) in rendered.shadows.iter().enumerate() {
             channels.push((format!("shadow.{light}.V"), shadow.clone()));

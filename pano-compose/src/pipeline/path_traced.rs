@@ -2,16 +2,19 @@
 
 use super::device::Device;
 use super::frame::{Filtered, Frame, View};
-use super::view::rescale_delta;
+use super::view::{rescale_delta, rescale_error};
 use super::world::tracer_method;
 use super::{Clock, Error, Result, World};
 use crate::plan::EffectPlan;
+use pano_core::color::luminance;
+use pano_core::image::RadianceImage;
 use pano_core::{camera::Projection, layers::TracedLayers, progress::Progress, random::Stream, scene::Method};
 use pano_denoise::cross_bilateral;
 use pano_trace::mr360;
-use pano_trace::tracer::{self, TraceParams, Traced};
+use pano_trace::tracer::{self, Sampling, TraceParams, Traced};
 
-/// Traces and filters a frame; `lights` are those of mr360, with the plan that says what becomes of them.
+/// Traces and filters a frame; `lights` are those of mr360, with the plan that says what becomes of them. Also how the frame
+/// was sampled, if that was adaptive.
 #[expect(clippy::too_many_arguments, reason = "each is another stage's")]
 pub(super) fn trace(
     frame: &Frame<'_>,
@@ -22,7 +25,7 @@ pub(super) fn trace(
     clock: &mut Clock,
     warnings: &mut Vec<String>,
     progress: &dyn Progress,
-) -> Result<Filtered> {
+) -> Result<(Filtered, Option<Sampling>)> {
     let pixels = frame.pixels();
     let params = TraceParams {
         method: tracer_method(method),
@@ -31,12 +34,14 @@ pub(super) fn trace(
         mis: frame.options.settings.mis,
         second_order: frame.options.settings.second_order,
         everywhere: frame.options.forced.contains(&("influence", false)),
+        error_target: error_target(frame, view.lighting.as_ref().unwrap_or(&view.photo)),
     };
     let stream = Stream { frame: frame.options.frame, seed: frame.options.seed };
     let traced_frame = tracer::Frame { camera: &frame.camera, objects: frame.objects, stream };
     let mut shadows = Vec::new();
-    let Traced { mut layers, rays, discarded } = if frame.objects.is_empty() {
-        Traced { layers: TracedLayers::empty(frame.camera.width, frame.camera.height), rays: 0, discarded: 0 }
+    let Traced { mut layers, rays, discarded, mut sampling } = if frame.objects.is_empty() {
+        let layers = TracedLayers::empty(frame.camera.width, frame.camera.height);
+        Traced { layers, rays: 0, discarded: 0, sampling: None }
     } else if let Some((found, plan)) = lights {
         let params = mr360::Params {
             samples: frame.scene.render.samples,
@@ -70,6 +75,9 @@ pub(super) fn trace(
     // MR360 has the photo itself for the surfaces' colour.
     if let Some(lighting) = view.lighting.filter(|_| lights.is_none()) {
         rescale_delta(&mut layers, &view.photo, &lighting);
+        if let Some(sampling) = &mut sampling {
+            rescale_error(&mut sampling.error, &layers, &view.photo, &lighting);
+        }
     }
     if frame.options.denoise && !frame.objects.is_empty() {
         progress.begin("denoise", 1);
@@ -88,7 +96,13 @@ pub(super) fn trace(
         progress.advance(1);
         clock.stage_on(device.last(), "denoise", pixels, 0);
     }
-    Ok(Filtered { photo: view.photo, layers, irradiance: None, shadows })
+    Ok((Filtered { photo: view.photo, layers, irradiance: None, shadows }, sampling))
+}
+
+/// The setting, relative to the mean luminance of what lights the frame, as radiance.
+fn error_target(frame: &Frame<'_>, lighting: &RadianceImage) -> Option<f32> {
+    let sum: f64 = lighting.data().iter().map(|p| f64::from(luminance(*p))).sum();
+    frame.options.settings.error_target.map(|target| target * (sum / lighting.data().len() as f64) as f32)
 }
 
 /// The scene's, unless several are forced off or on.

@@ -19,6 +19,10 @@ pub struct Setting {
 /// Every knob there is.
 pub const SETTINGS: &[Setting] = &[
     Setting { key: "mis", help: "balance | light | bsdf: which strategies sample direct light (balance)" },
+    Setting {
+        key: "error_target",
+        help: "0–1: adaptive sampling of the path tracers: the noise, as a share of the frame's mean luminance, that noisy pixels keep; `samples` is then the most (off)",
+    },
     Setting { key: "second_order", help: "true | false: changed surfaces change one another and show in objects (true)" },
     Setting { key: "delta_passes", help: "1–16: how often the change of real surfaces is filtered (3)" },
     Setting {
@@ -76,6 +80,8 @@ pub const SETTINGS: &[Setting] = &[
 pub struct Settings {
     /// `mis`.
     pub mis: Mis,
+    /// `error_target`; `None` for `off`.
+    pub error_target: Option<f32>,
     /// `second_order`.
     pub second_order: bool,
     /// `delta_passes`.
@@ -110,6 +116,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             mis: Mis::Balance,
+            error_target: None,
             second_order: true,
             sparse: true,
             delta_passes: cross_bilateral::Params::default().delta_passes,
@@ -151,6 +158,8 @@ impl Settings {
                     _ => return Err(bad()),
                 }
             }
+            "error_target" if value == "off" => self.error_target = None,
+            "error_target" => self.error_target = Some(number(0.0, 1.0)?),
             "second_order" => self.second_order = value.parse().map_err(|_| bad())?,
             "delta_passes" => self.delta_passes = count(1, 16)?,
             "sparse" => self.sparse = value.parse().map_err(|_| bad())?,

@@ -19,6 +19,15 @@ pub struct StageStats {
     pub rays: u64,
 }
 
+/// What adaptive sampling did.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct SamplingStats {
+    /// Samples a pixel, on average.
+    pub samples: f32,
+    /// Mean over the frame of the standard error of a pixel's luminance, before any filter.
+    pub error: f32,
+}
+
 /// A whole render, as `--stats` writes it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Stats {
@@ -32,6 +41,9 @@ pub struct Stats {
     pub total_ms: f64,
     /// Stages in the order they ran; what did not run is not there.
     pub stages: Vec<StageStats>,
+    /// What adaptive sampling did, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sampling: Option<SamplingStats>,
     /// Which effects were on, and why.
     pub plan: EffectPlan,
     /// What the user should know.
@@ -70,6 +82,6 @@ impl Clock {
         let on_gpu = self.stages.iter().any(|s| s.backend == "gpu");
         let backend = if on_gpu { "gpu" } else { "cpu" };
         let adapter = adapter.filter(|_| on_gpu);
-        Stats { method: method.to_owned(), backend, adapter, total_ms, stages: self.stages, plan, warnings }
+        Stats { method: method.to_owned(), backend, adapter, total_ms, stages: self.stages, sampling: None, plan, warnings }
     }
 }

@@ -3,7 +3,9 @@
 use super::device::Device;
 use super::{CameraInputs, Inputs, Result, World};
 use glam::Vec3;
-use pano_core::{camera::Camera, image::RadianceImage, layers::TracedLayers, scene::Scene, sphere};
+use pano_core::color::luminance;
+use pano_core::image::{Image, RadianceImage};
+use pano_core::{camera::Camera, layers::TracedLayers, scene::Scene, sphere};
 
 /// The photo in the view and, for LDR input, the inversely tone-mapped one that lights the objects.
 pub(super) fn view_of_photo(
@@ -62,6 +64,16 @@ fn through_depth_camera(scene: &Scene, inputs: &Inputs, seen: &CameraInputs, wor
             sphere::bilinear(&inputs.photo, sphere::uv_from_direction(pano_from_world * by_panorama))
         })
     })
+}
+
+/// The error of [`rescale_delta`]'s result, to call after it: that of what the pixel shows of objects stays.
+pub(super) fn rescale_error(error: &mut Image<f32>, layers: &TracedLayers, photo: &RadianceImage, lighting: &RadianceImage) {
+    let pictures = photo.data().iter().zip(lighting.data()).zip(layers.coverage.data());
+    for (error, ((photo, lighting), coverage)) in error.data_mut().iter_mut().zip(pictures) {
+        let (photo, lighting) = (luminance(*photo), luminance(*lighting));
+        let ratio = if lighting > 0.0 { photo / lighting } else { 1.0 };
+        *error *= coverage + (1.0 - coverage) * ratio;
+    }
 }
 
 /// Where reflectance was read off an inversely tone-mapped picture, the change is relative to that picture: brings it to the

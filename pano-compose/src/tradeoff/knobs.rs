@@ -14,6 +14,8 @@ pub enum Scope {
     Captured,
     /// Delta path tracing.
     Delta,
+    /// The path tracers: `dpt`, `onepass`, `twopass`, `ibl`.
+    Paths,
     /// Recursive rays.
     Rt2ar,
 }
@@ -94,6 +96,15 @@ pub const KNOBS: &[Knob] = &[
         error: "noise: of small lights with `bsdf`, of gloss with `light`",
         values: &["light", "bsdf", "balance"],
         scope: Scope::Delta,
+    },
+    Knob {
+        name: "error_target",
+        unit: "noise as a share of the frame's mean luminance, or off",
+        range: "0 to 1, off",
+        default: "off",
+        error: "noise, where there is least of it for the samples spent",
+        values: &["0.2", "0.1", "0.05", "0.02", "off"],
+        scope: Scope::Paths,
     },
     Knob {
         name: "field_resolution",

@@ -116,12 +116,14 @@ impl<'a> Bench<'a> {
     pub(super) fn single_knobs(&self) -> impl Iterator<Item = &'static Knob> + use<> {
         let (captured, delta) = (self.inputs.depth.is_some(), self.resolved == Method::Dpt);
         let recursive = self.resolved == Method::Rt2ar;
+        let paths = matches!(self.resolved, Method::Dpt | Method::Onepass | Method::Twopass | Method::Ibl);
         KNOBS.iter().filter(move |knob| {
             let combined = ["samples", "denoise"].contains(&knob.name);
             let applies = match knob.scope {
                 Scope::All => true,
                 Scope::Captured => captured,
                 Scope::Delta => delta,
+                Scope::Paths => paths,
                 Scope::Rt2ar => recursive,
             };
             !combined && applies

@@ -1,6 +1,6 @@
 //! Depth maps from EXR, PNG and PFM.
 
-use super::source::{Format, Source};
+use super::source::{Format, Source, read_file};
 use super::{exr, ldr, pfm};
 use crate::Result;
 use crate::camera::Projection;
@@ -19,11 +19,20 @@ use std::path::Path;
 /// [`Error::File`](crate::Error::File) if the file is missing, damaged, or holds no depth;
 /// [`Error::Argument`](crate::Error::Argument) as [`RayDepth::from_raw`].
 pub fn read_depth(path: impl AsRef<Path>, format: &DepthFormat, projection: Projection) -> Result<RayDepth> {
-    RayDepth::from_raw(stored(&Source::open(path.as_ref())?, format.kind)?, format, projection)
+    let path = path.as_ref();
+    decode_depth(&read_file(path)?, path, format, projection)
+}
+
+/// [`read_depth`] of a file in memory; `name` is for messages.
+///
+/// # Errors
+/// As [`read_depth`].
+pub fn decode_depth(bytes: &[u8], name: &Path, format: &DepthFormat, projection: Projection) -> Result<RayDepth> {
+    RayDepth::from_raw(stored(&Source::new(name, bytes), format.kind)?, format, projection)
 }
 
 /// The stored values of a depth map in memory.
-pub(super) fn stored(source: &Source<'_>, kind: DepthKind) -> Result<Image<f32>> {
+fn stored(source: &Source<'_>, kind: DepthKind) -> Result<Image<f32>> {
     let picture = source.format()?;
     source.guard(|| match picture {
         Format::Exr => exr::read_depth(source, kind),

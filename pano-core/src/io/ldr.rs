@@ -4,7 +4,7 @@ use super::source::Source;
 use super::{LoadedImage, SourceEncoding};
 use crate::Result;
 use crate::color::srgb_to_linear;
-use crate::image::Image;
+use crate::image::{Image, RadianceImage};
 use ::image::codecs::{hdr::HdrDecoder, jpeg::JpegDecoder, png::PngDecoder};
 use ::image::{ColorType, ImageDecoder, ImageError};
 use glam::Vec3;
@@ -15,20 +15,20 @@ const ZLIB_RATIO: u64 = 1032;
 
 /// Codes of a picture with 8 or 16 bits a channel, `channels` of them a pixel.
 #[derive(Debug)]
-pub(super) struct Codes {
-    pub(super) width: usize,
-    pub(super) height: usize,
-    pub(super) channels: usize,
+pub(crate) struct Codes {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) channels: usize,
     /// Largest code: 255 or 65535.
-    pub(super) max: u16,
-    pub(super) values: Vec<u16>,
+    pub(crate) max: u16,
+    pub(crate) values: Vec<u16>,
     /// Bits a channel in the file: less than 8 if the codes were spread over 0..=255 while decoding.
-    pub(super) stored_bits: u16,
+    pub(crate) stored_bits: u16,
 }
 
 /// Reads a PNG's codes, palettes resolved.
-pub(super) fn png_codes(source: &Source<'_>) -> Result<Codes> {
-    let decoder = PngDecoder::new(Cursor::new(&source.bytes)).map_err(|e| damaged(source, "PNG", e))?;
+pub(crate) fn png_codes(source: &Source<'_>) -> Result<Codes> {
+    let decoder = PngDecoder::new(Cursor::new(source.bytes)).map_err(|e| damaged(source, "PNG", e))?;
     // The header chunk comes first and has a fixed layout. The decoder tells only what it makes of bits and palettes.
     let (Some(&bits), Some(&kind)) = (source.bytes.get(24), source.bytes.get(25)) else {
         return Err(source.broken("is a truncated PNG"));
@@ -97,15 +97,20 @@ pub(super) fn read_png(source: &Source<'_>) -> Result<LoadedImage> {
 
 /// Reads a JPEG.
 pub(super) fn read_jpeg(source: &Source<'_>) -> Result<LoadedImage> {
+    linear(&jpeg_codes(source)?)
+}
+
+/// Reads a JPEG's codes.
+pub(crate) fn jpeg_codes(source: &Source<'_>) -> Result<Codes> {
     // The decoder fills what is missing with gray; a picture without its end is an error here.
-    if !jpeg_has_end(&source.bytes) {
+    if !jpeg_has_end(source.bytes) {
         return Err(source.broken("is a truncated JPEG: its end marker is missing"));
     }
-    let decoder = JpegDecoder::new(Cursor::new(&source.bytes)).map_err(|e| damaged(source, "JPEG", e))?;
+    let decoder = JpegDecoder::new(Cursor::new(source.bytes)).map_err(|e| damaged(source, "JPEG", e))?;
     let (width, height) = decoder.dimensions();
     // The least a block of 8×8 gray pixels takes is the one bit of its DC code, in a progressive scan: 512 pixels a byte.
     source.check_size(width.into(), height.into(), 8, 512)?;
-    linear(&codes(source, "JPEG", decoder, 8)?)
+    codes(source, "JPEG", decoder, 8)
 }
 
 /// Whether an end marker (FF D9) follows the first scan's start. In scan data FF is followed by 00 or a restart marker, so
@@ -125,12 +130,17 @@ fn jpeg_has_end(bytes: &[u8]) -> bool {
 
 /// Reads a Radiance HDR picture (RGBE).
 pub(super) fn read_hdr(source: &Source<'_>) -> Result<LoadedImage> {
+    Ok(LoadedImage::new(hdr_pixels(source)?, None, SourceEncoding::LinearFloat))
+}
+
+/// Reads a Radiance HDR picture's pixels as they are stored.
+pub(crate) fn hdr_pixels(source: &Source<'_>) -> Result<RadianceImage> {
     // XYZE shares the signature and the layout, and would load as wrong colours.
     let head = &source.bytes[..source.bytes.len().min(4096)];
     if head.windows(16).any(|w| w.eq_ignore_ascii_case(b"32-bit_rle_xyze\n")) {
         return Err(source.unsupported("holds XYZ colours (32-bit_rle_xyze)", "Convert it to RGBE or EXR."));
     }
-    let decoder = HdrDecoder::new_nonstrict(Cursor::new(&source.bytes)).map_err(|e| damaged(source, "HDR", e))?;
+    let decoder = HdrDecoder::new_nonstrict(Cursor::new(source.bytes)).map_err(|e| damaged(source, "HDR", e))?;
     let (width, height) = decoder.dimensions();
     // Run-length coding packs at most 127 pixels of 4 bytes into 4 runs of 2 bytes.
     source.check_size(width.into(), height.into(), 32, 64)?;
@@ -138,8 +148,7 @@ pub(super) fn read_hdr(source: &Source<'_>) -> Result<LoadedImage> {
     decoder.read_image(&mut bytes).map_err(|e| damaged(source, "HDR", e))?;
     let value = |b: &[u8]| f32::from_ne_bytes([b[0], b[1], b[2], b[3]]);
     let pixel = |p: &[u8]| Vec3::new(value(&p[..4]), value(&p[4..8]), value(&p[8..]));
-    let radiance = Image::from_vec(width as usize, height as usize, bytes.chunks_exact(12).map(pixel).collect())?;
-    Ok(LoadedImage::new(radiance, None, SourceEncoding::LinearFloat))
+    Image::from_vec(width as usize, height as usize, bytes.chunks_exact(12).map(pixel).collect())
 }
 
 /// The decoder's error as ours.

@@ -3,6 +3,7 @@
 //! - The format is told by a file's content, not by its name.
 //! - [`read_image`] gives linear Rec.709 radiance, finite and ≥ 0; what had to be set to 0 is counted.
 //! - [`read_depth`] gives distance along the ray.
+//! - `decode_…` does the same for a file in memory.
 //! - [`read_exr`] gives every channel as it is stored, [`write_exr`] writes any list of channels.
 //! - Writers go through [`write_atomically`]: a failed write leaves nothing behind.
 //! - Pictures of more than [`MAX_SIDE`] pixels a side, and files that declare more pixels than they can hold, are refused
@@ -17,15 +18,17 @@ mod source;
 mod write;
 
 pub use atomic::{AtomicFile, write_atomically, write_text};
-pub use depth::read_depth;
-pub use exr::{Chromaticities, DEPTH_KIND_ATTRIBUTE, ExrChannels, read_exr, split_channels, write_exr};
+pub use depth::{decode_depth, read_depth};
+pub use exr::{Chromaticities, DEPTH_KIND_ATTRIBUTE, ExrChannels, decode_exr, read_exr, split_channels, write_exr};
 pub use source::MAX_SIDE;
 pub use write::{IMAGE_EXTENSIONS, write_hdr, write_image, write_jpeg, write_pfm, write_png8, write_png16};
 
 use crate::Result;
 use crate::image::{Image, RadianceImage};
 use glam::Vec3;
-use source::{Format, Source};
+pub(crate) use ldr::{Codes, hdr_pixels, jpeg_codes, png_codes};
+use source::read_file;
+pub(crate) use source::{Format, Source};
 use std::path::Path;
 
 /// How a file stored its colours.
@@ -104,11 +107,16 @@ fn clamp_or_zero(value: f32, max: f32) -> f32 {
 /// # Errors
 /// [`Error::File`](crate::Error::File) if the file is missing, truncated, damaged, too large, or no picture.
 pub fn read_image(path: impl AsRef<Path>) -> Result<LoadedImage> {
-    load(&Source::open(path.as_ref())?)
+    let path = path.as_ref();
+    decode_image(&read_file(path)?, path)
 }
 
-/// [`read_image`] of a file in memory.
-fn load(source: &Source<'_>) -> Result<LoadedImage> {
+/// [`read_image`] of a file in memory; `name` is for messages.
+///
+/// # Errors
+/// As [`read_image`].
+pub fn decode_image(bytes: &[u8], name: &Path) -> Result<LoadedImage> {
+    let source = &Source::new(name, bytes);
     let format = source.format()?;
     source.guard(|| match format {
         Format::Exr => exr::read_image(source),

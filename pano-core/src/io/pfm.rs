@@ -18,7 +18,7 @@ pub(crate) enum Pfm {
 
 /// Reads either kind.
 pub(crate) fn read(source: &Source<'_>) -> Result<Pfm> {
-    let mut rest = source.bytes.as_slice();
+    let mut rest = source.bytes;
     let mut token = || -> Result<&str> {
         let start = rest.iter().position(|c| !c.is_ascii_whitespace()).unwrap_or(rest.len());
         // No number is longer than that; a missing blank must not make the whole file one token.

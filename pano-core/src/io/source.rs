@@ -1,8 +1,7 @@
 //! A picture file in memory: what format it is, and whether what it declares can be true.
 
-use crate::{Error, Result};
+use crate::{Error, Result, file};
 use std::fmt::Display;
-use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
@@ -19,28 +18,30 @@ pub(crate) enum Format {
     Pfm,
 }
 
+/// The bytes of the picture file `path`.
+pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>> {
+    file::read(path, u64::MAX)
+        .map_err(|e| Error::file(path, format!("cannot be read: {e}"), "Check the path and the file's permissions."))
+}
+
 /// A whole file, with its name for messages.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Source<'a> {
     pub(crate) path: &'a Path,
-    pub(crate) bytes: Vec<u8>,
+    pub(crate) bytes: &'a [u8],
+    /// Pixels it may declare.
+    pub(crate) max_pixels: u64,
 }
 
 impl<'a> Source<'a> {
-    /// Reads the file. Devices and pipes, which may have no end, are refused.
-    pub(crate) fn open(path: &'a Path) -> Result<Self> {
-        let failed = |problem: String| Error::file(path, problem, "Check the path and the file's permissions.");
-        let metadata = fs::metadata(path).map_err(|e| failed(format!("cannot be opened: {e}")))?;
-        if !metadata.is_file() {
-            return Err(failed("is not a file".into()));
-        }
-        let bytes = fs::read(path).map_err(|e| failed(format!("cannot be read: {e}")))?;
-        Ok(Self { path, bytes })
+    /// A picture of any size up to [`MAX_SIDE`] a side.
+    pub(crate) fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
+        Self { path, bytes, max_pixels: (MAX_SIDE * MAX_SIDE) as u64 }
     }
 
     /// The format, by content: extensions lie.
     pub(crate) fn format(&self) -> Result<Format> {
-        Ok(match self.bytes.as_slice() {
+        Ok(match self.bytes {
             [0x76, 0x2f, 0x31, 0x01, ..] => Format::Exr,
             [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1a, b'\n', ..] => Format::Png,
             [0xff, 0xd8, 0xff, ..] => Format::Jpeg,
@@ -73,6 +74,10 @@ impl<'a> Source<'a> {
         let max = MAX_SIDE as u64;
         if width > max || height > max {
             let problem = format!("declares {width}×{height} pixels; at most {max} a side are supported");
+            return Err(self.unsupported(problem, "Scale the picture down."));
+        }
+        if width * height > self.max_pixels {
+            let problem = format!("declares {width}×{height} pixels; at most {} in all are supported", self.max_pixels);
             return Err(self.unsupported(problem, "Scale the picture down."));
         }
         let declared = width * height * bits_per_pixel / 8;

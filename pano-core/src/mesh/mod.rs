@@ -19,7 +19,7 @@ mod read_tests;
 mod tests;
 
 #[cfg(feature = "io")]
-pub use read::read_mesh;
+pub use read::{Files, decode_mesh, read_mesh};
 
 use crate::{Error, Result, material::Material};
 use glam::{Affine3A, Vec2, Vec3};

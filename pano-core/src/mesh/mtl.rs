@@ -4,6 +4,7 @@
 //! highlight, α = √(2 / (Ns + 2)); `Ks` of ½ is the usual dielectric's highlight; a black `Kd` under a bright `Ks` is a metal;
 //! `d` below 1 lets light through, bent by `Ni` where `illum` asks for refraction (4, 6, 7, 9).
 
+use super::Files;
 use super::obj::{joined_lines, split_keyword};
 use super::texture_file::{self, Encoding};
 use crate::image::Image;
@@ -45,21 +46,28 @@ const MAPS: [(&str, &str); 9] = [
 ];
 
 /// Appends the materials of the library `name` (relative to the OBJ file `obj`), and their indices by name.
-pub(super) fn read(obj: &Path, name: &str, materials: &mut Vec<Material>, ids: &mut HashMap<String, u32>) -> Result<()> {
+pub(super) fn read(
+    obj: &Path,
+    name: &str,
+    files: &Files<'_>,
+    materials: &mut Vec<Material>,
+    ids: &mut HashMap<String, u32>,
+) -> Result<()> {
     let folder = obj.parent().unwrap_or(Path::new(""));
-    // The name may hold spaces, or be several names.
-    let single = folder.join(portable(name));
-    let files = if single.is_file() || name.is_empty() {
-        vec![single]
-    } else {
-        name.split_whitespace().map(|n| folder.join(portable(n))).collect()
-    };
-    let mut textures = HashMap::new();
-    for file in files {
-        let bytes = std::fs::read(&file).map_err(|e| {
+    let library = |name: &str| {
+        let file = folder.join(portable(name));
+        files(&file).map(|bytes| (file.clone(), bytes)).map_err(|e| {
             let problem = format!("its material library {} cannot be read: {e}", file.display());
             Error::file(obj, problem, "Put the MTL file beside the OBJ file, or delete the `mtllib` line.")
-        })?;
+        })
+    };
+    // The name may hold spaces, or be several names.
+    let libraries = match library(name) {
+        Err(_) if name.contains(char::is_whitespace) => name.split_whitespace().map(library).collect::<Result<_>>()?,
+        single => vec![single?],
+    };
+    let mut textures = Textures { files, images: HashMap::new() };
+    for (file, bytes) in libraries {
         let mut entry: Option<(String, Entry)> = None;
         let mut finish = |entry: Option<(String, Entry)>| -> Result<()> {
             if let Some((name, entry)) = entry {
@@ -117,7 +125,7 @@ impl Entry {
         }
     }
 
-    fn into_material(self, mtl: &Path, textures: &mut Textures) -> Result<Material> {
+    fn into_material(self, mtl: &Path, textures: &mut Textures<'_>) -> Result<Material> {
         let mut m = Material::default();
         let illum = self.number("illum").unwrap_or(2.0) as i32;
         let unit = |v: f32| v.clamp(0.0, 1.0);
@@ -143,7 +151,8 @@ impl Entry {
             m.roughness = unit(self.number("pr").unwrap_or(1.0));
             // A map is scaled by its number, and a number left out lets the map pass.
             m.metallic = unit(self.number("pm").unwrap_or(f32::from(u8::from(self.maps.contains_key("map_Pm")))));
-            let map = |name: &str, t: &mut Textures| self.maps.get(name).map(|m| m.texture(mtl, Encoding::Data, t)).transpose();
+            let map =
+                |name: &str, t: &mut Textures<'_>| self.maps.get(name).map(|m| m.texture(mtl, Encoding::Data, t)).transpose();
             m.metallic_roughness_texture = merge(map("map_Pr", textures)?, map("map_Pm", textures)?);
         } else if m.base_color == Vec3::ZERO && peak > 0.2 && illum >= 2 && self.opacity() >= 1.0 {
             (m.metallic, m.base_color, m.specular_color) = (1.0, ks.min(Vec3::ONE), Vec3::ONE);
@@ -180,7 +189,11 @@ impl Entry {
     }
 }
 
-type Textures = HashMap<(PathBuf, Encoding), Arc<Image<Vec4>>>;
+/// Where textures come from, and those that are decoded already.
+struct Textures<'a> {
+    files: &'a Files<'a>,
+    images: HashMap<(PathBuf, Encoding), Arc<Image<Vec4>>>,
+}
 
 impl Map {
     /// `-option value… file name`.
@@ -226,13 +239,13 @@ impl Map {
         Ok(map)
     }
 
-    fn texture(&self, mtl: &Path, encoding: Encoding, textures: &mut Textures) -> Result<Texture> {
+    fn texture(&self, mtl: &Path, encoding: Encoding, textures: &mut Textures<'_>) -> Result<Texture> {
         let key = (self.file.clone(), encoding);
-        let image = match textures.get(&key) {
+        let image = match textures.images.get(&key) {
             Some(image) => image.clone(),
             None => {
-                let image = Arc::new(texture_file::read(mtl, &self.file, encoding)?);
-                textures.insert(key, image.clone());
+                let image = Arc::new(texture_file::read(mtl, &self.file, textures.files, encoding)?);
+                textures.images.insert(key, image.clone());
                 image
             }
         };

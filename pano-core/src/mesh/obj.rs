@@ -1,9 +1,9 @@
 //! Wavefront OBJ: `v vt vn f s usemtl mtllib`; other statements (names, points, lines, curves) are passed over.
 
-use super::{Mesh, mtl};
+use super::{Files, Mesh, mtl};
 use crate::{Error, Result, material::Material};
 use glam::{Vec2, Vec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 /// Stands for an index that a face's corner does not give.
@@ -34,12 +34,14 @@ struct Obj {
     material_of_name: HashMap<String, u32>,
 }
 
-/// Reads the OBJ file `bytes`; `path` is for messages and for finding the MTL files it names.
-pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh> {
+/// Reads the OBJ file `bytes`; `path` is for messages and for finding the MTL files it names, which `files` reads.
+pub(super) fn read(path: &Path, bytes: &[u8], files: &Files<'_>) -> Result<Mesh> {
     // Only names and comments can hold other bytes than ASCII.
     let text = String::from_utf8_lossy(bytes);
     let mut obj = Obj::default();
     let (mut material, mut smoothing) = (NONE, 0);
+    // Each is read once, however often it is named.
+    let mut libraries = HashSet::new();
     for (i, line) in joined_lines(&text) {
         let (keyword, rest) = split_keyword(&line);
         let done = match keyword {
@@ -56,7 +58,9 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh> {
                 Ok(())
             }
             "mtllib" => {
-                mtl::read(path, rest, &mut obj.materials, &mut obj.material_of_name)?;
+                if libraries.insert(rest.to_owned()) {
+                    mtl::read(path, rest, files, &mut obj.materials, &mut obj.material_of_name)?;
+                }
                 Ok(())
             }
             _ => Ok(()),

@@ -1,8 +1,12 @@
 //! Which reader a mesh file needs, and what every mesh must pass after reading.
 
 use super::{Mesh, gltf, obj, ply};
-use crate::{Error, Result};
+use crate::{Error, Result, file};
+use std::io;
 use std::path::Path;
+
+/// How the files that a mesh file names (material libraries, buffers, textures) are read: their bytes by path.
+pub type Files<'a> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'a;
 
 /// Reads a triangle mesh: PLY, OBJ (with its MTL) or glTF 2.0 (`.gltf`, `.glb`), told apart by content and extension.
 ///
@@ -18,17 +22,27 @@ use std::path::Path;
 /// [`Error::File`] if the file or one it refers to is missing, is damaged, needs an extension that is not supported, has no
 /// faces, or has a position that is not finite.
 pub fn read_mesh(path: &Path) -> Result<Mesh> {
-    let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}"), "Check the mesh's path."))?;
+    let files = |path: &Path| file::read(path, u64::MAX);
+    let bytes = files(path).map_err(|e| Error::file(path, format!("cannot be read: {e}"), "Check the mesh's path."))?;
+    decode_mesh(&bytes, path, &files)
+}
+
+/// [`read_mesh`] of a file in memory. `path` is for messages and tells the format by its extension where the content does not;
+/// `files` reads what the mesh file names, by paths relative to where `path` is.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn decode_mesh(bytes: &[u8], path: &Path, files: &Files<'_>) -> Result<Mesh> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let mut mesh = if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
-        ply::read(path, &bytes)
+        ply::read(path, bytes)
     } else if bytes.starts_with(b"glTF") {
-        gltf::read(path, &bytes)
+        gltf::read(path, bytes, files)
     } else {
         match extension.as_str() {
-            "ply" => ply::read(path, &bytes),
-            "gltf" | "glb" => gltf::read(path, &bytes),
-            "obj" => obj::read(path, &bytes),
+            "ply" => ply::read(path, bytes),
+            "gltf" | "glb" => gltf::read(path, bytes, files),
+            "obj" => obj::read(path, bytes, files),
             _ => Err(Error::file(
                 path,
                 if extension.is_empty() { "is not a mesh".into() } else { format!("`.{extension}` is not a known kind of mesh") },

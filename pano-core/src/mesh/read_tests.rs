@@ -3,7 +3,7 @@
 use super::*;
 use crate::material::Wrap;
 use proptest::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A temporary folder for files.
 struct Folder(tempfile::TempDir);
@@ -288,10 +288,11 @@ fn damaged_and_unusable_files_are_refused_with_their_reason() {
             "index 16256 of 3",
         ),
         ("a.glb", edited(r#""indices":1"#, r#""indices":7"#), "indices"),
+        ("a.glb", edited(r#""POSITION":0"#, r#""POSITION":7"#), "accessor 7 of 3"),
         ("a.glb", edited(r#"[{"mesh":0}]"#, r#"[{"mesh":0,"children":[0]}]"#), "own ancestor"),
         ("a.glb", edited(r#"[{"mesh":0}]"#, "[{}]"), "no triangles"),
         ("a.glb", images(r#"{"uri":"none.png"}"#), "none.png"),
-        ("a.glb", images(r#"{"bufferView":0}"#), "not a readable picture"),
+        ("a.glb", images(r#"{"bufferView":0}"#), "not a picture"),
         ("a.glb", images("{}"), "no source"),
     ];
     let folder = Folder::new();
@@ -303,6 +304,66 @@ fn damaged_and_unusable_files_are_refused_with_their_reason() {
     }
     assert!(read_mesh(&folder.0.path().join("none.ply")).unwrap_err().to_string().contains("none.ply"));
     assert!(read_mesh(folder.0.path()).is_err(), "a folder");
+}
+
+/// A few bytes that stand for a great many vertices, faces or pixels.
+#[test]
+fn bombs_are_refused_before_they_take_memory() {
+    let mesh = |nodes: usize, count: &str, extra: &str| {
+        let nodes = vec![r#"{"mesh":0}"#; nodes].join(",");
+        let json = gltf_json("", &format!("[{nodes}]"), "{}", extra).replace(r#""scene":0,"scenes":[{"nodes":[0]}],"#, "");
+        glb(&json.replacen(r#"{"bufferView":0,"componentType":5126,"count":3"#, count, 1), &gltf_bin())
+    };
+    let folder = Folder::new();
+    let plain = r#"{"bufferView":0,"componentType":5126,"count":3"#;
+    assert_eq!(folder.read("a.glb", mesh(1000, plain, "")).unwrap().positions.len(), 3000, "what is repeated within reason");
+    let sparse = r#""sparse":{"count":1,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":0}}"#;
+    for (what, bytes) in [
+        ("repeated nodes", mesh(30_000, plain, "")),
+        ("zeros without end", mesh(1, &format!("{{{sparse},\"componentType\":5126,\"count\":16000000"), "")),
+    ] {
+        let error = folder.read("a.glb", bytes).expect_err(what).to_string();
+        assert!(error.contains("unfolds") || error.contains("elements"), "{what}: {error}");
+    }
+    // 67 megapixels in a JPEG of some hundred bytes.
+    let mut bomb = std::io::Cursor::new(Vec::new());
+    ::image::RgbImage::new(8, 8).write_to(&mut bomb, ::image::ImageFormat::Jpeg).unwrap();
+    let mut bomb = bomb.into_inner();
+    let frame = bomb.windows(2).position(|marker| marker == [0xff, 0xc0]).unwrap();
+    bomb[frame + 5..frame + 9].copy_from_slice(&[0x1f, 0xff, 0x1f, 0xff]);
+    folder.file("t.jpg", bomb);
+    folder.file("a.mtl", "newmtl a\nmap_Kd t.jpg\n");
+    let error = folder.read("a.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap_err().to_string();
+    assert!(error.contains("8191×8191 pixels"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_without_end_are_no_meshes_nor_parts_of_one() {
+    let folder = Folder::new();
+    folder.file("a.mtl", "newmtl a\nmap_Kd /dev/zero\n");
+    for (name, bytes) in [
+        ("a.obj", b"mtllib /dev/zero\n".to_vec()),
+        ("b.obj", b"mtllib a.mtl\n".to_vec()),
+        ("a.gltf", gltf_json(r#","uri":"/dev/zero""#, r#"[{"mesh":0}]"#, "{}", "").into_bytes()),
+    ] {
+        let error = folder.read(name, bytes).unwrap_err().to_string();
+        assert!(error.contains("/dev/zero") && error.contains("not a regular file"), "{error}");
+    }
+    assert!(read_mesh(Path::new("/dev/zero")).unwrap_err().to_string().contains("not a regular file"));
+}
+
+/// Reading one again for every line that names it takes time with the square of the file.
+#[test]
+fn material_libraries_are_read_once() {
+    let count = std::cell::Cell::new(0);
+    let files = |_: &Path| {
+        count.set(count.get() + 1);
+        Ok(b"newmtl a\nKd 1 0 0\n".to_vec())
+    };
+    let text = format!("{}v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n", "mtllib a.mtl\n".repeat(100));
+    let mesh = decode_mesh(text.as_bytes(), Path::new("a.obj"), &files).unwrap();
+    assert_eq!((count.get(), mesh.materials.len(), mesh.materials[0].base_color), (1, 1, Vec3::X));
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Texture pictures: PNG, JPEG and Radiance HDR to linear RGBA.
 
+use super::Files;
 use crate::color::srgb_to_linear;
 use crate::image::Image;
+use crate::io::{self, Codes, Format, Source};
 use crate::{Error, Result};
 use glam::Vec4;
-use std::{io::Cursor, path::Path};
+use std::path::Path;
 
 /// What a texture's numbers mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -18,9 +20,9 @@ pub(super) enum Encoding {
 /// Pixels a texture may have: 16 bytes each once decoded.
 const MAX_PIXELS: u64 = 1 << 26;
 
-/// Reads the texture `file`, which the mesh `path` names.
-pub(super) fn read(path: &Path, file: &Path, encoding: Encoding) -> Result<Image<Vec4>> {
-    let bytes = std::fs::read(file).map_err(|e| {
+/// Reads the texture `file`, which the mesh `path` names, through `files`.
+pub(super) fn read(path: &Path, file: &Path, files: &Files<'_>, encoding: Encoding) -> Result<Image<Vec4>> {
+    let bytes = files(file).map_err(|e| {
         Error::file(
             path,
             format!("its texture {} cannot be read: {e}", file.display()),
@@ -34,35 +36,40 @@ pub(super) fn read(path: &Path, file: &Path, encoding: Encoding) -> Result<Image
 
 /// Decodes a picture held in memory; the error continues the sentence "the texture …".
 pub(super) fn decode(bytes: &[u8], encoding: Encoding) -> Result<Image<Vec4>, String> {
-    let unreadable = |e: image::ImageError| format!("is not a readable picture: {e}");
-    let reader = || image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string());
-    let (w, h) = reader()?.into_dimensions().map_err(unreadable)?;
-    if u64::from(w) * u64::from(h) > MAX_PIXELS || w == 0 || h == 0 {
-        return Err(format!("has {w}×{h} pixels; 1 to {MAX_PIXELS} are possible"));
-    }
-    let picture = reader()?.decode().map_err(unreadable)?;
-    let curve = |v: f32| if encoding == Encoding::Color { srgb_to_linear(v) } else { v };
-    use image::DynamicImage as D;
-    let pixels: Vec<Vec4> = match picture {
-        D::ImageRgb32F(_) | D::ImageRgba32F(_) => {
+    let source = Source { max_pixels: MAX_PIXELS, ..Source::new(Path::new(""), bytes) };
+    pixels(&source, encoding).map_err(|e| match e {
+        Error::File { problem, .. } => problem,
+        other => other.to_string(),
+    })
+}
+
+fn pixels(source: &Source<'_>, encoding: Encoding) -> Result<Image<Vec4>> {
+    let format = source.format()?;
+    source.guard(|| match format {
+        Format::Png => rgba(&io::png_codes(source)?, encoding),
+        Format::Jpeg => rgba(&io::jpeg_codes(source)?, encoding),
+        Format::Hdr => {
             let finite = |v: f32| if v.is_finite() { v.max(0.0) } else { 0.0 };
-            picture.to_rgba32f().pixels().map(|p| Vec4::from(p.0.map(finite))).collect()
+            Ok(io::hdr_pixels(source)?.map(|p| p.map(finite).extend(1.0)))
         }
-        D::ImageLuma16(_) | D::ImageLumaA16(_) | D::ImageRgb16(_) | D::ImageRgba16(_) => {
-            let color = |p: [u16; 4]| {
-                let [r, g, b, a] = p.map(|c| f32::from(c) / 65535.0);
-                Vec4::new(curve(r), curve(g), curve(b), a)
-            };
-            picture.to_rgba16().pixels().map(|p| color(p.0)).collect()
-        }
-        _ => {
-            let table: Vec<f32> = (0..=255u8).map(|c| curve(f32::from(c) / 255.0)).collect();
-            let color = |p: &[u8; 4]| {
-                let [r, g, b] = [p[0], p[1], p[2]].map(|c| table[usize::from(c)]);
-                Vec4::new(r, g, b, f32::from(p[3]) / 255.0)
-            };
-            picture.to_rgba8().pixels().map(|p| color(&p.0)).collect()
+        Format::Exr | Format::Pfm => Err(source.unsupported("is neither PNG nor JPEG nor Radiance HDR", "Convert it to PNG.")),
+    })
+}
+
+/// Codes as linear RGBA, gray spread over the colours, opaque where the file does not say.
+fn rgba(codes: &Codes, encoding: Encoding) -> Result<Image<Vec4>> {
+    let max = f32::from(codes.max);
+    let curve = |v: f32| if encoding == Encoding::Color { srgb_to_linear(v) } else { v };
+    let table: Vec<f32> = (0..=codes.max).map(|code| curve(f32::from(code) / max)).collect();
+    let pixel = |p: &[u16]| {
+        let color = |c: usize| table[usize::from(p[c])];
+        let alpha = |c: usize| f32::from(p[c]) / max;
+        match p.len() {
+            1 => Vec4::new(color(0), color(0), color(0), 1.0),
+            2 => Vec4::new(color(0), color(0), color(0), alpha(1)),
+            3 => Vec4::new(color(0), color(1), color(2), 1.0),
+            _ => Vec4::new(color(0), color(1), color(2), alpha(3)),
         }
     };
-    Image::from_vec(w as usize, h as usize, pixels).map_err(|e| e.to_string())
+    Image::from_vec(codes.width, codes.height, codes.values.chunks_exact(codes.channels).map(pixel).collect())
 }

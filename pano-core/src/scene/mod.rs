@@ -44,6 +44,7 @@ use crate::{
     Error, Result,
     camera::{Camera, Projection, rotation_from_yaw_pitch},
     depth::DepthFormat,
+    file,
     material::Material,
     sphere::Convention,
 };
@@ -292,16 +293,8 @@ impl Scene {
     /// fault.
     pub fn load(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let io = |e: std::io::Error| Error::file(path, e.to_string(), "check the path and its permissions");
-        let metadata = std::fs::metadata(path).map_err(io)?;
-        let not_a_scene = |problem: String| Err(Error::file(path, problem, "give a TOML scene file"));
-        if !metadata.is_file() {
-            return not_a_scene("is not a file".into());
-        }
-        if metadata.len() > MAX_SCENE_BYTES {
-            return not_a_scene(format!("{} bytes are too many for a scene file", metadata.len()));
-        }
-        let bytes = std::fs::read(path).map_err(io)?;
+        let bytes = file::read(path, MAX_SCENE_BYTES)
+            .map_err(|e| Error::file(path, format!("cannot be read: {e}"), "give a TOML scene file that can be read"))?;
         let text = String::from_utf8(bytes).map_err(|e| {
             let at = e.utf8_error().valid_up_to();
             Error::file(path, format!("byte {at} is not UTF-8 text"), "give a TOML scene file, saved as UTF-8")

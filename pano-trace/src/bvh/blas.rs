@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3, Vec3A};
 use obvhs::{
     BvhBuildParams, cwbvh::CwBvh, cwbvh::builder::build_cwbvh_from_tris, ray::RayHit, rt_triangle::RtTriangle, triangle::Triangle,
 };
+use std::collections::HashSet;
 
 /// Where a ray met a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +33,23 @@ impl std::fmt::Debug for Blas {
     }
 }
 
+/// Indices of the faces that have an area, each place once. The builder joins nearest neighbours, and of boxes in one place all
+/// are equally near: its time would grow with the square of their number.
+fn distinct(triangles: &[Triangle]) -> Vec<u32> {
+    let has_area = |t: &Triangle| (t.v1 - t.v0).cross(t.v2 - t.v0) != Vec3A::ZERO;
+    let place = |t: &Triangle| {
+        let mut corners = [t.v0, t.v1, t.v2].map(|v| v.to_array().map(f32::to_bits));
+        corners.sort_unstable();
+        corners
+    };
+    let mut seen = HashSet::with_capacity(triangles.len());
+    let count = triangles.len() as u32;
+    (0..count).filter(|&i| has_area(&triangles[i as usize]) && seen.insert(place(&triangles[i as usize]))).collect()
+}
+
 impl Blas {
-    /// Builds the BVH of `triangles` over `positions`. Faces without area are kept and never hit.
+    /// Builds the BVH of `triangles` over `positions`. Faces without area are never hit; of faces with the same corners the first
+    /// stands for all.
     ///
     /// # Panics
     /// If a face names a vertex that is not there; [`pano_core::mesh::Mesh::validate`] finds this out.
@@ -45,7 +61,10 @@ impl Blas {
                 Triangle { v0, v1, v2 }
             })
             .collect();
-        let bvh = build_cwbvh_from_tris(&tris, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
+        let kept = distinct(&tris);
+        let different: Vec<Triangle> = kept.iter().map(|&i| tris[i as usize]).collect();
+        let mut bvh = build_cwbvh_from_tris(&different, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
+        bvh.primitive_indices.iter_mut().for_each(|i| *i = kept[*i as usize]);
         let ordered = bvh.primitive_indices.iter().map(|&i| RtTriangle::from(&tris[i as usize])).collect();
         let bounds = tris
             .iter()

@@ -130,3 +130,37 @@ fn rays_through_edges_meet_a_face() {
         }
     }
 }
+
+/// A builder that splits by position finds no plane between faces that lie in one place: it must end all the same.
+#[test]
+fn faces_in_one_place_are_met_as_one() {
+    let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let mut triangles = vec![[0, 1, 2]; 50_000];
+    // The same place the other way round.
+    triangles.extend(vec![[0, 2, 1]; 50_000]);
+    let blas = Blas::build(&corners, &triangles);
+    let tlas = Tlas::build(vec![(Arc::new(blas), Affine3A::IDENTITY); 3]);
+    let at = |x: f32, y: f32| Ray::new(Vec3::new(x, y, 2.0), Vec3::NEG_Z);
+    assert_eq!(tlas.intersect(&at(0.2, 0.3)).map(|hit| hit.hit.t), Some(2.0));
+    assert!(tlas.occluded(&at(0.2, 0.3)) && tlas.intersect(&at(0.7, 0.7)).is_none());
+}
+
+/// A sphere of a million faces: rays at it meet it where the sphere is, rays past it nothing.
+#[test]
+fn a_million_faces_are_a_sphere() {
+    // 20·4⁸ = 1 310 720 faces.
+    let sphere = pano_core::builtin::primitives::icosphere(1.0, 8);
+    assert!(sphere.triangles.len() > 1_000_000);
+    let tlas = Tlas::build([(Arc::new(Blas::build(&sphere.positions, &sphere.triangles)), Affine3A::IDENTITY)]);
+    for i in 0..2000 {
+        let angle = i as f32 * 2.399_963;
+        let height = (i as f32 + 0.5) / 1000.0 - 1.0;
+        let level = (1.0 - height * height).sqrt();
+        let from = Vec3::new(level * angle.cos(), height, level * angle.sin());
+        let side = from.any_orthonormal_vector();
+        let hit = tlas.intersect(&Ray::new(3.0 * from, -from)).unwrap_or_else(|| panic!("{from} is missed"));
+        // The faces' sagitta is 2·10⁻⁶.
+        assert!((hit.hit.t - 2.0).abs() < 1e-5, "{}", hit.hit.t);
+        assert!(tlas.intersect(&Ray::new(3.0 * from + 1.001 * side, -from)).is_none(), "{from}");
+    }
+}

@@ -204,8 +204,9 @@ struct Pass<'a, W> {
 impl<W: RealWorld> Pass<'_, W> {
     fn real_pixel(&self, at: UVec2, rays: &mut u64) -> RealPixel {
         let center = Ray::new(self.frame.camera.position, self.frame.camera.direction(at.as_vec2() + 0.5));
-        // Where objects take little of the light, fewer samples leave as little noise in the picture.
-        let thinning = self.world.hit(&center).map_or(1, |hit| self.tracer.thinning(&hit));
+        // Where objects take little of the light, fewer samples leave as little noise in the picture; a quarter of them at least
+        // measure the irradiance, which is a layer of its own.
+        let thinning = self.world.hit(&center).map_or(1, |hit| self.tracer.thinning(&hit).min(4));
         let mut pixel = RealPixel { samples: self.params.samples.div_ceil(thinning), ..RealPixel::default() };
         for index in 0..pixel.samples {
             let (mut walk, ray, pick, first) = self.aim(at, index, pixel.samples, |first| matches!(first, First::Real(_)));

@@ -42,7 +42,7 @@ pub fn render<W: RealWorld>(
         .collect();
     let layers = layers(camera, traced.iter().map(|p| &p.pixel));
     let (rays, discarded) = (traced.iter().map(|p| p.rays).sum(), traced.iter().map(|p| p.discarded).sum());
-    Some(Lit { traced: Traced { layers, rays, discarded }, shadows })
+    Some(Lit { traced: Traced { layers, rays, discarded, sampling: None }, shadows })
 }
 
 /// A pixel and what it cost.

@@ -82,8 +82,7 @@ impl<W: RealWorld> Shader<'_, W> {
     /// What it reflects counts at most as much as what it hides: where things touch, their undersides lie in a shadow that is
     /// not traced, and would light up the ground.
     fn blocked(&self, ray: &Ray, walk: &mut Walk) -> Vec3 {
-        walk.rays += 1;
-        let Some(hit) = self.tracer.objects.intersect(ray) else { return Vec3::ZERO };
+        let Some(hit) = self.object_in_sight(ray, walk) else { return Vec3::ZERO };
         let surface = self.tracer.objects.surface(ray, &hit);
         let lobes = surface.bsdf.lobes();
         let behind = self.environment(ray.direction);
@@ -97,6 +96,15 @@ impl<W: RealWorld> Shader<'_, W> {
         let reflected = lobes.diffuse * self.lighting.maps.diffuse(to_map * normal)
             + lobes.specular * self.lighting.maps.specular(to_map * mirrored, lobes.roughness);
         surface.emission + reflected.min(behind) - behind
+    }
+
+    /// The object that lies first along the ray, if no real surface lies before it: what stands behind a wall neither darkens nor
+    /// shows on this side of it.
+    fn object_in_sight(&self, ray: &Ray, walk: &mut Walk) -> Option<InstanceHit> {
+        walk.rays += 1;
+        let object = self.tracer.objects.intersect(ray)?;
+        walk.rays += 1;
+        self.tracer.world.hit(&ray.up_to(object.hit.t)).is_none().then_some(object)
     }
 
     /// Mean radiance in the lobe about the mirrored direction. A ray of the lobe looks for objects and real surfaces there.
@@ -168,8 +176,7 @@ impl<W: RealWorld> Shader<'_, W> {
             return Vec3::ZERO;
         }
         let ray = Ray::new(origin, direction);
-        walk.rays += 1;
-        let Some(object) = self.tracer.objects.intersect(&ray) else { return Vec3::ZERO };
+        let Some(object) = self.object_in_sight(&ray, walk) else { return Vec3::ZERO };
         let fresnel = gloss_fresnel(cos);
         let radiance = self.object(&ray, &object, 1, walk, &mut []);
         let behind = self.lighting.maps.specular(self.lighting.pano_from_world * direction, self.params.gloss_roughness);
@@ -196,8 +203,9 @@ impl<W: RealWorld> Shader<'_, W> {
         let lit = direction.dot(normal) > 0.0;
         let visible = lit
             && (!self.params.shadows || {
+                let ray = Ray::new(from(direction), direction);
                 walk.rays += 1;
-                !self.tracer.objects.occluded(&Ray::new(from(direction), direction))
+                !self.tracer.objects.occluded(&ray) || self.object_in_sight(&ray, walk).is_none()
             });
         Sun { direction, intensity: source.intensity, visible }
     }

@@ -85,7 +85,7 @@ pub fn render<W: RealWorld>(
     let total = |of: fn(&Shaded) -> u64| traced.iter().map(of).sum();
     let shadow_rays = total(|p| p.shadow_rays);
     Some(Rendered {
-        traced: Traced { layers, rays: total(|p| p.rays) + shadow_rays, discarded: total(|p| p.discarded) },
+        traced: Traced { layers, rays: total(|p| p.rays) + shadow_rays, discarded: total(|p| p.discarded), sampling: None },
         shadows,
         penumbra,
         shadow_rays,

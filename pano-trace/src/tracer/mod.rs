@@ -9,6 +9,7 @@
 //!
 //! All work on any [`RealWorld`]; on captured radiance, paths end at the first real surface.
 
+mod adaptive;
 mod delta;
 mod differential;
 mod ibl;
@@ -17,7 +18,7 @@ mod path;
 mod render;
 
 pub(crate) use path::{First, Scene};
-pub use render::{Frame, Traced, render};
+pub use render::{Frame, Sampling, Traced, render};
 pub(crate) use render::{Pixel, layers, pixels};
 
 use crate::objects::Objects;
@@ -54,6 +55,9 @@ pub struct TraceParams {
     /// Ask every pixel and every direction for a change, also where the objects' bounds say that there is none: the same
     /// picture for more time, to compare with.
     pub everywhere: bool,
+    /// Adaptive sampling: the root mean square error, in luminance before any filter, that the frame's noisy pixels may keep.
+    /// `samples` is then the most that a pixel takes, and 16 the least. `None`: every pixel takes `samples`.
+    pub error_target: Option<f32>,
 }
 
 /// Which sampling strategies direct light uses.
@@ -70,7 +74,15 @@ pub enum Mis {
 
 impl Default for TraceParams {
     fn default() -> Self {
-        Self { method: Method::Dpt, samples: 64, bounces: 3, mis: Mis::Balance, second_order: true, everywhere: false }
+        Self {
+            method: Method::Dpt,
+            samples: 64,
+            bounces: 3,
+            mis: Mis::Balance,
+            second_order: true,
+            everywhere: false,
+            error_target: None,
+        }
     }
 }
 

@@ -1,12 +1,14 @@
 //! A whole frame: pixels, samples, layers.
 
+use super::adaptive::{self, Noise};
 use super::path::{First, Scene};
 use super::{Method, TraceParams, Tracer, Walk};
 use crate::bvh::Ray;
 use crate::objects::Objects;
 use crate::world::RealWorld;
 use glam::{UVec2, Vec2, Vec3};
-use pano_core::{camera::Camera, layers::TracedLayers, progress::Progress, random::Sampler, random::Stream};
+use pano_core::camera::{Camera, Projection};
+use pano_core::{image::Image, layers::TracedLayers, progress::Progress, random::Sampler, random::Stream};
 use rayon::prelude::*;
 
 /// A frame to trace.
@@ -29,6 +31,18 @@ pub struct Traced {
     pub rays: u64,
     /// Samples that came out NaN or infinite and count as 0; none are expected.
     pub discarded: u64,
+    /// What adaptive sampling did, where it was asked for.
+    pub sampling: Option<Sampling>,
+}
+
+/// How a frame was sampled.
+#[derive(Clone, Debug)]
+pub struct Sampling {
+    /// Samples a pixel, on average.
+    pub samples: f32,
+    /// Standard error of every pixel's luminance before any filter: an estimate from its samples and its neighbours', and an
+    /// upper bound where stratification helps.
+    pub error: Image<f32>,
 }
 
 /// What a pixel comes to.
@@ -47,12 +61,44 @@ pub(crate) struct Pixel {
 pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, progress: &dyn Progress) -> Option<Traced> {
     let camera = frame.camera;
     let tracer = Tracer { objects: frame.objects, world, params };
-    let pixels = pixels(camera, progress, |at| {
-        let (mut rays, mut discarded) = (0, 0);
-        (tracer.pixel(frame, at, &mut rays, &mut discarded), rays, discarded)
+    let mut pixels = pixels(camera, progress, |at| {
+        let mut pixel = tracer.start(frame, at);
+        let first = if params.error_target.is_some() { pixel.most.min(adaptive::PILOT) } else { pixel.most };
+        tracer.sample_until(frame, at, first, &mut pixel);
+        pixel
     })?;
-    let layers = layers(camera, pixels.iter().map(|p| &p.0));
-    Some(Traced { layers, rays: pixels.iter().map(|p| p.1).sum(), discarded: pixels.iter().map(|p| p.2).sum() })
+    let sampling = match params.error_target {
+        Some(target) => Some(tracer.refine(frame, &mut pixels, target, progress)?),
+        None => None,
+    };
+    let finished: Vec<Pixel> = pixels.iter().map(Started::finish).collect();
+    let layers = layers(camera, finished.iter());
+    let (rays, discarded) = (pixels.iter().map(|p| p.rays).sum(), pixels.iter().map(|p| p.discarded).sum());
+    Some(Traced { layers, rays, discarded, sampling })
+}
+
+/// A pixel under way.
+struct Started {
+    guides: Pixel,
+    scene: Scene,
+    /// Samples it takes at most.
+    most: u32,
+    /// What `most` is short of the frame's number of samples, as a factor.
+    boost: f32,
+    samples: u32,
+    covered: u32,
+    object: Vec3,
+    delta: Vec3,
+    noise: Noise,
+    rays: u64,
+    discarded: u64,
+}
+
+impl Started {
+    fn finish(&self) -> Pixel {
+        let share = 1.0 / self.samples as f32;
+        Pixel { object: self.object * share, delta: self.delta * share, coverage: self.covered as f32 * share, ..self.guides }
+    }
 }
 
 /// What `pixel` makes of every pixel, row-major; rows in parallel. `None` if `progress` cancels.
@@ -88,43 +134,70 @@ pub(crate) fn layers<'a>(camera: &Camera, pixels: impl Iterator<Item = &'a Pixel
 }
 
 impl<'a, W: RealWorld> Tracer<'a, W> {
-    fn pixel(&self, frame: &Frame<'_>, at: UVec2, rays: &mut u64, discarded: &mut u64) -> Pixel {
+    /// A pixel before its first sample.
+    fn start(&self, frame: &Frame<'_>, at: UVec2) -> Started {
         let corner = Vec2::new(at.x as f32, at.y as f32);
-        let (mut pixel, center) = self.guides(frame, corner + 0.5);
+        let (guides, center) = self.guides(frame, corner + 0.5);
         // Where no object's bounds reach, no ray looks for one.
         let scene = if self.may_see_objects(frame.camera, corner) { Scene::Mixed } else { Scene::Real };
-        let (mut covered, mut object, mut delta) = (0u32, Vec3::ZERO, Vec3::ZERO);
         let thinning = match center {
-            First::Real(hit) if scene == Scene::Real && self.params.method == Method::Dpt => self.thinning(&hit),
-            _ => 1,
+            _ if scene == Scene::Mixed || self.params.method != Method::Dpt || self.params.everywhere => 1,
+            First::Real(hit) => self.thinning(&hit),
+            // Only what shows at the sky's rims can change.
+            _ => 4,
         };
-        let samples = self.params.samples.div_ceil(thinning);
-        let boost = self.params.samples as f32 / samples as f32;
-        for index in 0..samples {
+        let most = self.params.samples.div_ceil(thinning);
+        let boost = self.params.samples as f32 / most as f32;
+        let (object, delta, noise) = (Vec3::ZERO, Vec3::ZERO, Noise::default());
+        Started { guides, scene, most, boost, samples: 0, covered: 0, object, delta, noise, rays: 0, discarded: 0 }
+    }
+
+    /// Takes samples until the pixel has `until` of them.
+    fn sample_until(&self, frame: &Frame<'_>, at: UVec2, until: u32, pixel: &mut Started) {
+        let corner = Vec2::new(at.x as f32, at.y as f32);
+        for index in pixel.samples..until {
             let mut walk = Walk { sampler: Sampler::new(at, index, frame.stream), rays: 0 };
             let [jx, jy, pick, _] = walk.sampler.next_4d();
             let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + Vec2::new(jx, jy)));
-            let first = self.first(&ray, scene, &mut walk);
+            let first = self.first(&ray, pixel.scene, &mut walk);
             let first = match first {
                 First::Real(hit) => First::Real(self.world.shown_surface(hit, ray.direction, pick)),
                 first => first,
             };
-            let (into_object, value) = self.sample(&ray, first, boost, &mut walk);
-            *rays += walk.rays;
-            covered += u32::from(into_object);
+            let (into_object, value) = self.sample(&ray, first, pixel.boost, &mut walk);
+            pixel.rays += walk.rays;
+            pixel.covered += u32::from(into_object);
             let value = if value.is_finite() {
                 value
             } else {
-                *discarded += 1;
+                pixel.discarded += 1;
                 Vec3::ZERO
             };
-            if into_object { object += value } else { delta += value }
+            pixel.noise.add(value);
+            if into_object { pixel.object += value } else { pixel.delta += value }
         }
-        let share = 1.0 / samples as f32;
-        pixel.object = object * share;
-        pixel.delta = delta * share;
-        pixel.coverage = covered as f32 * share;
-        pixel
+        pixel.samples = pixel.samples.max(until);
+    }
+
+    /// The second part of adaptive sampling: what the pilots call for. `None` if `progress` cancels.
+    fn refine(&self, frame: &Frame<'_>, pixels: &mut [Started], target: f32, progress: &dyn Progress) -> Option<Sampling> {
+        let width = frame.camera.width;
+        let wrap = frame.camera.projection == Projection::Panorama;
+        let noise = |pixels: &[Started]| pixels.iter().map(|p| p.noise).collect::<Vec<_>>();
+        let most: Vec<u32> = pixels.iter().map(|p| p.most).collect();
+        let counts = adaptive::settle(&noise(pixels), &most, target, width, wrap);
+        progress.begin("refine", frame.camera.height as u64);
+        pixels.par_chunks_mut(width).zip(counts.par_chunks(width)).enumerate().for_each(|(y, (row, counts))| {
+            if !progress.cancelled() {
+                for (x, (pixel, &until)) in row.iter_mut().zip(counts).enumerate() {
+                    self.sample_until(frame, UVec2::new(x as u32, y as u32), until, pixel);
+                }
+            }
+            progress.advance(1);
+        });
+        let error = adaptive::error_map(&noise(pixels), pixels.iter().map(|p| p.samples), width, wrap);
+        let samples = pixels.iter().map(|p| f64::from(p.samples)).sum::<f64>() / pixels.len() as f64;
+        (!progress.cancelled()).then_some(Sampling { samples: samples as f32, error })
     }
 
     /// Whether any ray through the pixel can meet the bounds of an object.

@@ -89,7 +89,8 @@ fn balls_over_a_plane_change_it_by_their_form_factor() {
             let expected = ALBEDO * (emission - sky) * factor;
             for method in DIFFERENTIAL {
                 for (mis, everywhere) in ALL_MIS.into_iter().flat_map(|mis| [(mis, false), (mis, true)]) {
-                    let params = TraceParams { method, samples: 64, bounces: 1, mis, second_order: true, everywhere };
+                    let params =
+                        TraceParams { method, samples: 64, bounces: 1, mis, second_order: true, everywhere, error_target: None };
                     let (mean, error) = mean_delta(&objects, &world, &patch(x, z), &params);
                     // The meshes are inscribed: less than 0.1 % smaller in outline than their balls. Channels scale alike.
                     if (method, mis, everywhere) == (Method::Dpt, Mis::Balance, false) {

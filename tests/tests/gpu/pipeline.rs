@@ -8,8 +8,9 @@ use pano_core::image::Image;
 use pano_core::progress::Silent;
 use pano_core::{
     io,
-    scene::{PicturePath, Scene},
+    scene::{Method, PicturePath, Scene},
 };
+use pano_tests::nasty;
 use pano_tests::rooms::{plane_depth, texel_direction};
 
 pub(crate) const TESTS: &[Test] = &[
@@ -20,6 +21,7 @@ pub(crate) const TESTS: &[Test] = &[
     ("pipeline::a_lost_device_costs_one_warning_and_no_pixel", a_lost_device_costs_one_warning_and_no_pixel),
     ("pipeline::a_sequence_survives_a_loss", a_sequence_survives_a_loss),
     ("pipeline::small_memory_makes_no_difference", small_memory_makes_no_difference),
+    ("pipeline::nasty_scenes_equal_the_cpu", nasty_scenes_equal_the_cpu),
     ("pipeline::auto_knows_a_program_from_a_gpu", auto_knows_a_program_from_a_gpu),
 ];
 
@@ -103,6 +105,25 @@ fn an_ldr_panorama_is_expanded(_: &Gpu) {
     let load = |r: &Rendered| r.stats.stages.iter().find(|s| s.name == "load").map(|s| s.backend);
     assert_eq!((load(&got), load(&want)), (Some("gpu"), Some("cpu")));
     assert!(rmse(&got, &want) < SAME, "{}", rmse(&got, &want));
+}
+
+/// What must come of the scenes in which things go wrong comes of them here, too, and the same picture.
+fn nasty_scenes_equal_the_cpu(_: &Gpu) {
+    let mut failures = Vec::new();
+    for scene in nasty::scenes() {
+        // The methods whose stages differ; the baselines share those of dpt.
+        for method in [Method::Iprt, Method::Dpt, Method::Mr360].into_iter().filter(|method| scene.suits(*method)) {
+            let got = scene.render(method, Backend::Gpu);
+            scene.check(method, &got);
+            let want = scene.render(method, Backend::Cpu);
+            let mean = want.composite.color.data().iter().map(|p| f64::from(p.length())).sum::<f64>();
+            let error = rmse(&got, &want) / (mean / want.composite.color.data().len() as f64).max(1e-30);
+            if error > SAME {
+                failures.push(format!("{}, {method:?}: {error}", scene.name));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 /// Three frames, of which each needs the one before it.

@@ -16,8 +16,10 @@ fn bits(layers: &TracedLayers) -> Vec<u32> {
 }
 
 fn same_for_any_number_of_threads<W: RealWorld>(scene: &TestScene<W>) {
-    for method in ALL {
-        let params = TraceParams { method, samples: 3, bounces: 3, ..TraceParams::default() };
+    for (method, error_target) in ALL.into_iter().flat_map(|method| [(method, None), (method, Some(0.05))]) {
+        // Adaptive sampling begins beyond its pilot.
+        let samples = if error_target.is_some() { 32 } else { 3 };
+        let params = TraceParams { method, samples, bounces: 3, error_target, ..TraceParams::default() };
         let [one, two, again] = [1, 2, 2].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
             let traced = pool.install(|| scene.trace(&params, 7));

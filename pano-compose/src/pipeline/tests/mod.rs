@@ -1,3 +1,5 @@
+mod adaptive;
+mod influence;
 mod iprt;
 mod rt2ar;
 

@@ -9,7 +9,7 @@ pub use color::Chromaticities;
 pub use write::{split_channels, write_exr};
 
 use super::depth::no_depth;
-use super::source::Source;
+use super::source::{Source, read_file};
 use super::{LoadedImage, SourceEncoding};
 use crate::depth::DepthKind;
 use crate::image::{Image, RadianceImage};
@@ -62,11 +62,16 @@ impl ExrChannels {
 /// # Errors
 /// [`Error::File`] if the file is missing, damaged or too large, no EXR, or has subsampled channels or nothing but deep parts.
 pub fn read_exr(path: impl AsRef<Path>) -> Result<ExrChannels> {
-    load(&Source::open(path.as_ref())?)
+    let path = path.as_ref();
+    decode_exr(&read_file(path)?, path)
 }
 
-/// [`read_exr`] of a file in memory.
-pub(super) fn load(source: &Source<'_>) -> Result<ExrChannels> {
+/// [`read_exr`] of a file in memory; `name` is for messages.
+///
+/// # Errors
+/// As [`read_exr`].
+pub fn decode_exr(bytes: &[u8], name: &Path) -> Result<ExrChannels> {
+    let source = &Source::new(name, bytes);
     if source.format()? != super::source::Format::Exr {
         return Err(source.unsupported("is not an EXR file", "Name an EXR file."));
     }

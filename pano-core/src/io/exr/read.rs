@@ -26,7 +26,7 @@ struct Channel {
 
 /// Reads the channels that `select` picks from the list of names, in the order it gives them.
 pub(super) fn read(source: &Source<'_>, select: impl FnOnce(&[String]) -> Result<Vec<usize>>) -> Result<ExrChannels> {
-    let reader = exr::block::read(Cursor::new(source.bytes.as_slice()), false).map_err(|e| failure(source, e))?;
+    let reader = exr::block::read(Cursor::new(source.bytes), false).map_err(|e| failure(source, e))?;
     check(source, reader.headers())?;
     let (names, channels) = channels(source, reader.headers())?;
     let selected = select(&names)?;

@@ -1,9 +1,11 @@
 //! Damaged files of every format: an error or a picture, never a panic, a hang or a huge allocation.
 
-use super::super::source::Source;
-use super::super::{depth, exr, load, write_exr, write_hdr, write_image, write_jpeg, write_pfm, write_png16};
+use super::super::{
+    decode_depth, decode_exr, decode_image, write_exr, write_hdr, write_image, write_jpeg, write_pfm, write_png16,
+};
 use super::{picture, place};
-use crate::depth::DepthKind;
+use crate::camera::Projection;
+use crate::depth::DepthFormat;
 use crate::image::Image;
 use proptest::prelude::*;
 use std::path::Path;
@@ -46,15 +48,15 @@ static SAMPLES: LazyLock<Vec<(String, Vec<u8>, usize)>> = LazyLock::new(|| {
 
 /// Runs every reader; says whether one took it for a picture or a depth map.
 fn loads(bytes: Vec<u8>) -> bool {
-    let source = Source { path: Path::new("damaged"), bytes };
+    let (bytes, name) = (&bytes[..], Path::new("damaged"));
     let finite = |image: &Image<f32>| assert!(image.width() > 0 && image.height() > 0);
-    let picture = load(&source);
+    let picture = decode_image(bytes, name);
     if let Ok(picture) = &picture {
         assert!(picture.radiance.data().iter().all(|p| p.is_finite() && p.min_element() >= 0.0));
     }
-    let depth = depth::stored(&source, DepthKind::Ray);
-    depth.iter().for_each(finite);
-    let channels = exr::load(&source);
+    let depth = decode_depth(bytes, name, &DepthFormat::default(), Projection::Panorama);
+    depth.iter().for_each(|depth| finite(depth.image()));
+    let channels = decode_exr(bytes, name);
     channels.iter().flat_map(|c| &c.channels).for_each(|(_, image)| finite(image));
     [picture.map(drop), depth.map(drop), channels.map(drop)].into_iter().any(|result| match result {
         Ok(()) => true,

@@ -1,5 +1,6 @@
 //! Buffers, and typed reading from them, every range checked.
 
+use super::super::Files;
 use super::{REMEDY, uri};
 use crate::{Error, Result};
 use ::gltf::json::accessor::{Accessor, ComponentType, Type};
@@ -7,37 +8,47 @@ use ::gltf::json::{self, validation::Checked};
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Elements an accessor may have that is all zero but for sparse exceptions, and so is not bounded by any data.
-const MAX_SPARSE: usize = 1 << 24;
-
 /// The file's buffers, all loaded.
 pub(super) struct Buffers<'a> {
     path: &'a Path,
     root: &'a json::Root,
+    files: &'a Files<'a>,
     data: Vec<Cow<'a, [u8]>>,
 }
 
 impl<'a> Buffers<'a> {
     /// Loads every buffer: the GLB's own chunk, data URIs and files.
-    pub(super) fn load_all(path: &'a Path, root: &'a json::Root, blob: Option<&'a [u8]>) -> Result<Self> {
+    pub(super) fn load_all(path: &'a Path, root: &'a json::Root, blob: Option<&'a [u8]>, files: &'a Files<'a>) -> Result<Self> {
         let mut data = Vec::with_capacity(root.buffers.len());
         for (i, buffer) in root.buffers.iter().enumerate() {
             let broken = |problem: String| Error::file(path, format!("buffer {i} {problem}"), REMEDY);
             let bytes = match &buffer.uri {
                 None if i == 0 => Cow::Borrowed(blob.ok_or_else(|| broken("has neither a URI nor a binary chunk".into()))?),
                 None => return Err(broken("has no URI".into())),
-                Some(uri) => Cow::Owned(load(path, uri, &format!("buffer {i}"))?),
+                Some(uri) => Cow::Owned(load(path, uri, files, &format!("buffer {i}"))?),
             };
             if (bytes.len() as u64) < buffer.byte_length.0 {
                 return Err(broken(format!("declares {} bytes and has {}", buffer.byte_length.0, bytes.len())));
             }
             data.push(bytes);
         }
-        Ok(Self { path, root, data })
+        Ok(Self { path, root, files, data })
+    }
+
+    /// The data that `uri` stands for; `what` names its user.
+    pub(super) fn load(&self, uri: &str, what: &str) -> Result<Vec<u8>> {
+        load(self.path, uri, self.files, what)
     }
 
     fn broken(&self, what: &str, problem: impl std::fmt::Display) -> Error {
         Error::file(self.path, format!("{what}: {problem}"), REMEDY)
+    }
+
+    /// Vertices, and faces, that a file with this much data may unfold to: nodes can repeat a mesh, and accessors zeros, without end. 256
+    /// vertices a byte are 3000 copies of a mesh without indices, normals or texture coordinates.
+    pub(super) fn most_unfolded(&self) -> usize {
+        let bytes: usize = self.data.iter().map(|data| data.len()).sum();
+        (bytes.saturating_mul(256)).clamp(1 << 16, 1 << 28)
     }
 
     /// The bytes of buffer view `index`, and the distance between its elements if it states one.
@@ -111,7 +122,8 @@ impl<'a> Buffers<'a> {
         let offset = accessor.byte_offset.unwrap_or_default().0;
         let mut values: Vec<T> = match accessor.buffer_view {
             Some(view) => self.elements(view.value(), offset, count, size, what)?.into_iter().map(&decode).collect(),
-            None if count > MAX_SPARSE => return Err(too_many()),
+            // All zero but for sparse exceptions, and so not bounded by any data.
+            None if count > self.most_unfolded() => return Err(too_many()),
             None => vec![zero; count],
         };
         if let Some(sparse) = &accessor.sparse {
@@ -133,11 +145,11 @@ impl<'a> Buffers<'a> {
 }
 
 /// The data a URI of the glTF file `path` stands for; `what` names its user.
-pub(super) fn load(path: &Path, uri: &str, what: &str) -> Result<Vec<u8>> {
+fn load(path: &Path, uri: &str, files: &Files<'_>, what: &str) -> Result<Vec<u8>> {
     let folder = path.parent().unwrap_or(Path::new(""));
     match uri::resolve(uri, folder).map_err(|problem| Error::file(path, format!("{what}: the URI {problem}"), REMEDY))? {
         uri::Source::Inline(bytes) => Ok(bytes),
-        uri::Source::File(file) => std::fs::read(&file).map_err(|e| {
+        uri::Source::File(file) => files(&file).map_err(|e| {
             let problem = format!("{what}: {} cannot be read: {e}", file.display());
             Error::file(path, problem, "Keep the files that belong to a .gltf beside it, or export a .glb, which holds all.")
         }),

@@ -3,7 +3,7 @@
 
 use super::super::texture_file::{self, Encoding};
 use super::REMEDY;
-use super::accessor::{Buffers, load};
+use super::accessor::Buffers;
 use crate::image::Image;
 use crate::material::{Material, Texture, Wrap};
 use crate::{Error, Result};
@@ -173,7 +173,7 @@ impl<'a> Materials<'a> {
         };
         let image = match (&json.buffer_view, &json.uri) {
             (Some(view), _) => decode(self.buffers.view(view.value(), &what)?.0)?,
-            (None, Some(uri)) => decode(&load(self.path, uri, &what)?)?,
+            (None, Some(uri)) => decode(&self.buffers.load(uri, &what)?)?,
             (None, None) => return Err(Error::file(self.path, format!("{what} has no source"), REMEDY)),
         };
         let image = Arc::new(image);

@@ -7,7 +7,7 @@ mod accessor;
 mod material;
 mod uri;
 
-use super::Mesh;
+use super::{Files, Mesh};
 use crate::{Error, Result};
 use ::gltf::json::{self, Index, mesh::Mode, mesh::Semantic, validation::Checked, validation::Validate};
 use accessor::Buffers;
@@ -28,13 +28,10 @@ const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// Vertices a file may unfold to: nodes can repeat one mesh without end.
-const MAX_VERTICES: usize = 1 << 28;
-
 const REMEDY: &str = "Check it with a glTF validator, or export the mesh again.";
 
-/// Reads the glTF or GLB file `bytes`; `path` is for messages and for finding the files it names.
-pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh> {
+/// Reads the glTF or GLB file `bytes`; `path` is for messages and for finding the files it names, which `files` reads.
+pub(super) fn read(path: &Path, bytes: &[u8], files: &Files<'_>) -> Result<Mesh> {
     let (text, blob) = if bytes.starts_with(b"glTF") { split_glb(path, bytes)? } else { (bytes, None) };
     let mut root: json::Root =
         json::deserialize::from_slice(text).map_err(|e| Error::file(path, format!("is not glTF: {e}"), REMEDY))?;
@@ -42,7 +39,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     // Checked above against what *this* reader does, which is more than the crate knows.
     root.extensions_required.clear();
     check(path, &root)?;
-    let buffers = Buffers::load_all(path, &root, blob)?;
+    let buffers = Buffers::load_all(path, &root, blob, files)?;
     let mut reader =
         Reader { path, root: &root, materials: Materials::new(path, &root, &buffers), buffers: &buffers, mesh: Mesh::default() };
     reader.scene()?;
@@ -101,6 +98,16 @@ fn check_extensions(path: &Path, root: &json::Root) -> Result<()> {
 }
 
 fn check(path: &Path, root: &json::Root) -> Result<()> {
+    // The crate's validation (1.4) looks these accessors up before it checks that they exist.
+    for (m, mesh) in root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).map(Index::value);
+            if let Some(missing) = positions.filter(|&accessor| accessor >= root.accessors.len()) {
+                let problem = format!("mesh {m}, primitive {p}: POSITION is accessor {missing} of {}", root.accessors.len());
+                return Err(Error::file(path, problem, REMEDY));
+            }
+        }
+    }
     let mut first = None;
     root.validate(root, json::Path::new, &mut |place, error| {
         first.get_or_insert_with(|| format!("{}: {error}", place().as_str()));
@@ -160,8 +167,11 @@ impl Reader<'_> {
         for (i, primitive) in root.meshes[index].primitives.iter().enumerate() {
             let place = format!("mesh {index}, primitive {i}");
             let Some(mut part) = self.primitive(primitive, &place)? else { continue };
-            if self.mesh.positions.len() + part.positions.len() > MAX_VERTICES {
-                return Err(self.broken(format!("unfolds to more than {MAX_VERTICES} vertices")));
+            let most = self.buffers.most_unfolded();
+            let vertices = self.mesh.positions.len() + part.positions.len();
+            let faces = self.mesh.triangles.len() + part.triangles.len();
+            if vertices.max(faces) > most {
+                return Err(self.broken(format!("unfolds to more than the {most} vertices or faces its data can be meant for")));
             }
             part.transform(world_from_mesh);
             let material = match primitive.material {
