@@ -28,6 +28,7 @@ mod lights;
 mod media;
 mod shade;
 mod shadow;
+mod survey;
 
 pub use frame::{Rendered, render};
 pub use lights::{SphericalLight, place_lights};

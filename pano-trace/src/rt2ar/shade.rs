@@ -4,6 +4,7 @@ use super::frame::MAX_LIGHTS;
 use super::lights::{Pattern, SphericalLight, Toward};
 use super::media::{Media, reflectance, refracted};
 use super::shadow::{Lightable, Lit, Real, Turns, Verdicts};
+use super::survey::Consensus;
 use super::{Lighting, Params};
 use crate::bsdf::{gloss_fresnel, masking, sample_visible_normal, shadowing};
 use crate::bvh::{InstanceHit, Ray, offset_point};
@@ -11,7 +12,8 @@ use crate::directions::{lobe_direction, mirrored};
 use crate::objects::{Body, Surface};
 use crate::tracer::{First, Tracer, Walk};
 use crate::world::{RealHit, RealWorld};
-use glam::{Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec3};
+use pano_core::random::{Sampler, Stream};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Surfaces that a ray passes without being bent: enough for any nesting that is told apart, and an end for faulty meshes.
@@ -33,18 +35,32 @@ pub(super) struct Shader<'a, W> {
     pub(super) params: &'a Params<'a>,
 }
 
-/// The state of one sample.
+/// The state of a pixel's samples, one after the other.
 pub(super) struct Trail {
     pub(super) walk: Walk,
     pub(super) shadow_rays: u64,
     /// All samples of a light, whatever the probes say.
     pub(super) thorough: bool,
     pub(super) verdicts: Verdicts,
+    /// Per light what the probes of the samples so far agree on.
+    pub(super) consensus: Consensus,
     /// Per light the share that reaches what the sample shows.
     pub(super) reached: [f32; MAX_LIGHTS],
 }
 
 impl Trail {
+    /// Before the first sample.
+    pub(super) fn new(thorough: bool) -> Self {
+        Self {
+            walk: Walk { sampler: Sampler::new(UVec2::ZERO, 0, Stream::default()), rays: 0 },
+            shadow_rays: 0,
+            thorough,
+            verdicts: Verdicts::default(),
+            consensus: Consensus::default(),
+            reached: [0.0; MAX_LIGHTS],
+        }
+    }
+
     /// Keeps what is found about a light where a pixel shows it.
     pub(super) fn note<F>(&mut self, light: usize, point: &Lightable<F>, lit: Lit, bright: bool, penumbra: bool) {
         if point.shown {
@@ -113,14 +129,23 @@ impl Change {
 impl<W: RealWorld> Shader<'_, W> {
     /// What `ray` meets first. Bodies with the index of their surroundings that take nothing away are passed as if they were
     /// not there: what lies behind is met by the whole ray, from its beginning.
-    pub(super) fn meet(&self, ray: &Ray, media: Media, look: bool, trail: &mut Trail) -> Met {
+    ///
+    /// `find` is [`RealWorld::hit`], or [`RealWorld::surface`] where the picture is not asked for.
+    pub(super) fn meet(
+        &self,
+        ray: &Ray,
+        media: Media,
+        look: bool,
+        find: impl Fn(&W, &Ray) -> Option<RealHit>,
+        trail: &mut Trail,
+    ) -> Met {
         trail.walk.rays += 1;
         let (mut media, mut left) = (media, Vec3::ONE);
         let (mut passed, mut beyond) = (0.0, 0.0);
         for _ in 0..MAX_CROSSED {
             let object = if look { self.tracer.objects.intersect_beyond(ray, beyond) } else { None };
             let reach = object.map_or(ray.t_max, |hit| hit.hit.t);
-            if let Some(real) = self.tracer.world.hit(&ray.up_to(reach)) {
+            if let Some(real) = find(self.tracer.world, &ray.up_to(reach)) {
                 let left = left * media.transmittance(real.t - passed);
                 return Met { first: First::Real(real), media, left };
             }
@@ -141,7 +166,7 @@ impl<W: RealWorld> Shader<'_, W> {
         if path.depth > self.params.depth || path.weight < LEAST_WEIGHT {
             return self.environment(ray.direction, roughness);
         }
-        let met = self.meet(ray, path.media, true, trail);
+        let met = self.meet(ray, path.media, true, W::hit, trail);
         let path = Path { media: met.media, weight: path.weight * met.left.max_element(), ..path };
         met.left
             * match met.first {
@@ -183,7 +208,8 @@ impl<W: RealWorld> Shader<'_, W> {
         }
         let from = |d: Vec3| offset_point(surface.position, surface.bsdf.offset_normal(d));
         let facing = surface.bsdf.offset_normal(-ray.direction);
-        let point = Lightable { position: surface.position, from, normal: facing, shown: path.depth == 0 };
+        let point =
+            Lightable { position: surface.position, from, normal: facing, instance: Some(hit.instance), shown: path.depth == 0 };
         let turns = Turns::new(trail);
         for (i, source) in self.lights.iter().enumerate() {
             let toward = source.seen_from(surface.position);
@@ -249,7 +275,7 @@ impl<W: RealWorld> Shader<'_, W> {
         if path.depth > self.params.depth || path.weight < LEAST_WEIGHT {
             return behind;
         }
-        let met = self.meet(ray, path.media, true, trail);
+        let met = self.meet(ray, path.media, true, W::surface, trail);
         match met.first {
             First::Object(hit) => met.left * self.object(ray, &hit, Path { media: met.media, ..path }, trail),
             _ => met.left * behind,
@@ -307,7 +333,7 @@ impl<W: RealWorld> Shader<'_, W> {
     /// How objects change the real surface at `hit`; `real` is when it is asked what other real surfaces block.
     pub(super) fn change(&self, ray: &Ray, hit: &RealHit, real: Real, path: Path, trail: &mut Trail) -> Change {
         let origin = self.tracer.world.leave(hit);
-        let point = Lightable { position: origin, from: |_| origin, normal: hit.normal, shown: path.depth == 0 };
+        let point = Lightable { position: origin, from: |_| origin, normal: hit.normal, instance: None, shown: path.depth == 0 };
         let turns = Turns::new(trail);
         let mut lits = [Lit::FULLY; MAX_LIGHTS];
         for (i, (source, lit)) in self.lights.iter().zip(&mut lits).enumerate() {
@@ -317,7 +343,7 @@ impl<W: RealWorld> Shader<'_, W> {
             }
         }
         let mut change = Change { without: Vec3::ZERO, irradiance: Vec3::ZERO, mirrored: Vec3::ZERO };
-        if real == Real::Always || lits.iter().any(|lit| *lit != Lit::FULLY) {
+        if real == Real::Always || lits.iter().any(|lit| lit.reaches != Vec3::splat(lit.open)) {
             change.without = self.ambient(hit.normal) * PI;
             for (i, (source, lit)) in self.lights.iter().zip(lits).enumerate() {
                 let toward = source.seen_from(origin);
@@ -349,7 +375,7 @@ impl<W: RealWorld> Shader<'_, W> {
             return Vec3::ZERO;
         }
         let ray = Ray::new(origin, direction);
-        let met = self.meet(&ray, path.media, true, trail);
+        let met = self.meet(&ray, path.media, true, W::surface, trail);
         let First::Object(object) = met.first else { return Vec3::ZERO };
         let radiance = met.left * self.object(&ray, &object, Path { media: met.media, ..onward }, trail);
         trail.walk.rays += 1;
