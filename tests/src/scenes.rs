@@ -250,7 +250,7 @@ impl<W: RealWorld> LitScene<W> {
     }
 }
 
-/// `objects` on the table of a captured room under a lamp on its ceiling; the table's middle is at (0, 0.7, −1.2).
+/// `objects` on the table of a captured room under a lamp of 4° radius on its ceiling; the table's middle is at (0, 0.7, −1.2).
 pub fn table_under_a_lamp(objects: &[Placement], width: usize, height: usize) -> LitScene<CapturedWorld> {
     let capture = Vec3::new(0.0, 1.5, 0.0);
     let room = Room {
@@ -258,9 +258,14 @@ pub fn table_under_a_lamp(objects: &[Placement], width: usize, height: usize) ->
         table: Some(Cuboid { lo: Vec3::new(-0.8, -0.85, -1.7), hi: Vec3::new(0.8, -0.8, -0.7) }),
         window: None,
         colors: [Vec3::splat(0.2), Vec3::splat(0.6)],
-        lights: [Vec3::ZERO, Vec3::splat(60.0)],
+        lights: [Vec3::ZERO, Vec3::splat(0.6)],
     };
-    let (radiance, depth) = (room.radiance(1024), room.depth(1024));
+    let direction = Vec3::new(0.25, 1.0, -0.5).normalize();
+    let lamp = Lamp { direction, cos_radius: 4f32.to_radians().cos(), radiance: Vec3::splat(200.0) };
+    let width_of_panorama = 1024;
+    let (mut radiance, depth) = (room.radiance(width_of_panorama), room.depth(width_of_panorama));
+    let lit = sky(width_of_panorama, Vec3::ZERO, Vec3::ZERO, &[lamp]);
+    radiance.data_mut().iter_mut().zip(lit.data()).for_each(|(p, lamp)| *p += *lamp);
     // Rays of rt2ar see what the panorama shows: no reflectance is asked for.
     let options = CapturedOptions { irradiance_width: 0, ..CapturedOptions::default() };
     let world = CapturedWorld::new(Arc::new(radiance.clone()), &depth, Quat::IDENTITY, capture, &[], &options, &Silent);

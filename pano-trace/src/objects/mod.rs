@@ -92,6 +92,8 @@ struct Placed {
     /// −1 where the placement mirrors, which turns faces inside out.
     orientation: f32,
     materials: Vec<CompiledMaterial>,
+    /// Any of these lets light through.
+    clear: bool,
 }
 
 /// The virtual objects of a frame.
@@ -125,12 +127,13 @@ impl Objects {
         let placed: Vec<Placed> = placements
             .iter()
             .map(|p| {
-                let materials = match &p.material {
+                let materials: Vec<CompiledMaterial> = match &p.material {
                     Some(material) => vec![compile(material)],
                     None if p.mesh.mesh.materials.is_empty() => vec![compile(&Material::default())],
                     None => p.mesh.mesh.materials.iter().map(&mut compile).collect(),
                 };
                 Placed {
+                    clear: materials.iter().any(|m| m.material.transmission > 0.0),
                     mesh: p.mesh.clone(),
                     world_from_mesh: p.world_from_mesh,
                     world_from_normal: p.world_from_mesh.matrix3.inverse().transpose(),
@@ -142,7 +145,7 @@ impl Objects {
         let balls: Vec<Ball> = placed.iter().map(ball_around).collect();
         let clusters = clustered(&balls);
         let emitters = Emitters::new(&placed);
-        let transmit = placed.iter().flat_map(|p| &p.materials).any(|m| m.material.transmission > 0.0);
+        let transmit = placed.iter().any(|p| p.clear);
         Self { tlas, placed, balls, clusters, emitters, transmit }
     }
 
@@ -182,6 +185,18 @@ impl Objects {
     /// Whether any object lets light through, at least in part.
     pub fn transmit(&self) -> bool {
         self.transmit
+    }
+
+    /// Whether an object that lets no light through anywhere lies on the ray.
+    #[inline]
+    pub fn opaque_on(&self, ray: &Ray) -> bool {
+        self.tlas.occluded_by(ray, |i| !self.placed[i as usize].clear)
+    }
+
+    /// The nearest along the ray from `t_min` on of the objects that let light through.
+    #[inline]
+    pub fn intersect_clear(&self, ray: &Ray, t_min: f32) -> Option<InstanceHit> {
+        self.tlas.intersect_among(ray, t_min, |i| self.placed[i as usize].clear)
     }
 
     /// Whether any object shines.

@@ -215,13 +215,16 @@ impl<W: RealWorld> Shader<'_, W> {
     pub(super) fn transmittance(&self, ray: &Ray, media: &Media, trail: &mut Trail) -> Vec3 {
         let objects = self.tracer.objects;
         trail.shadow_rays += 1;
+        if objects.opaque_on(ray) {
+            return Vec3::ZERO;
+        }
         if !objects.transmit() {
-            return if objects.occluded(ray) { Vec3::ZERO } else { Vec3::ONE };
+            return Vec3::ONE;
         }
         let (mut media, mut left) = (*media, Vec3::ONE);
         let (mut passed, mut beyond) = (0.0, 0.0);
         for _ in 0..MAX_CROSSED {
-            let Some(hit) = objects.intersect_beyond(ray, beyond) else {
+            let Some(hit) = objects.intersect_clear(ray, beyond) else {
                 return left * media.transmittance(ray.t_max - passed);
             };
             let surface = objects.surface(ray, &hit);
