@@ -1,8 +1,10 @@
 //! The virtual objects of a frame: meshes placed in the world, their materials, their bounds and what they emit.
 
+mod differentials;
 mod emitters;
 mod surface;
 
+pub use differentials::{Differentials, Neighbours};
 pub use emitters::EmitterSample;
 pub use surface::{Absorption, Body, Surface};
 
@@ -105,6 +107,7 @@ pub struct Objects {
     clusters: Vec<Ball>,
     emitters: Emitters,
     transmit: bool,
+    textured: bool,
 }
 
 impl Objects {
@@ -146,7 +149,13 @@ impl Objects {
         let clusters = clustered(&balls);
         let emitters = Emitters::new(&placed);
         let transmit = placed.iter().any(|p| p.clear);
-        Self { tlas, placed, balls, clusters, emitters, transmit }
+        let textures = |m: &Material| {
+            [&m.base_color_texture, &m.metallic_roughness_texture, &m.emissive_texture, &m.normal_texture]
+                .iter()
+                .any(|texture| texture.is_some())
+        };
+        let textured = placed.iter().flat_map(|p| &p.materials).any(|m| textures(&m.material));
+        Self { tlas, placed, balls, clusters, emitters, transmit, textured }
     }
 
     /// Whether there are none.
@@ -226,7 +235,19 @@ impl Objects {
     /// Everything about the surface at a hit.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &InstanceHit) -> Surface<'_> {
-        Surface::new(&self.placed[hit.instance as usize], ray, hit)
+        Surface::new(&self.placed[hit.instance as usize], ray, hit, None)
+    }
+
+    /// The same, textures averaged over what the ray's `beam` covers; of textures along the longer axis at most
+    /// `max_anisotropy` times.
+    #[inline]
+    pub fn surface_over(&self, ray: &Ray, hit: &InstanceHit, beam: &Differentials, max_anisotropy: u32) -> Surface<'_> {
+        Surface::new(&self.placed[hit.instance as usize], ray, hit, Some((beam, max_anisotropy)))
+    }
+
+    /// Whether any object has a texture.
+    pub fn textured(&self) -> bool {
+        self.textured
     }
 }
 

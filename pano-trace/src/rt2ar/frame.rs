@@ -5,6 +5,7 @@ use super::shade::{Path, Shader, Trail};
 use super::shadow::{Real, Verdicts};
 use super::{Lighting, MAX_SHADOW_SAMPLES, PROBES, Params, Shadow};
 use crate::bvh::Ray;
+use crate::objects::Differentials;
 use crate::tracer::{First, Frame, Pixel, TraceParams, Traced, Tracer, layers, pixels};
 use crate::world::RealWorld;
 use glam::{UVec2, Vec2, Vec3};
@@ -129,6 +130,9 @@ impl<W: RealWorld> Shader<'_, W> {
         let quiet = !look && !self.may_change(&center);
         let (mut shadows, mut discarded, mut taken) = ([0.0; MAX_LIGHTS], 0, 0);
         let mut trail = Trail::new(thorough);
+        // A ray stands for its share of the pixel's area.
+        let width = (self.params.samples as f32).sqrt().recip();
+        let filtered = self.params.max_anisotropy > 0 && frame.objects.textured();
         for index in 0..self.params.samples {
             taken += 1;
             trail.walk.sampler = Sampler::new(at, index, frame.stream);
@@ -136,6 +140,9 @@ impl<W: RealWorld> Shader<'_, W> {
             let [jx, jy, pick, _] = trail.walk.sampler.next_4d();
             let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + Vec2::new(jx, jy)));
             let mut path = Path::primary();
+            if filtered {
+                path.beam = Some(Differentials::of_pixel(frame.camera, corner + Vec2::new(jx, jy), width));
+            }
             let met = self.meet(&ray, path.media, look, W::surface, &mut trail);
             path.media = met.media;
             let (sum, value) = match met.first {

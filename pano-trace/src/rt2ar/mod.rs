@@ -9,6 +9,7 @@
 //!   is in, up to eight; the one entered last counts.
 //! - *Shadows* (E): each light is a sphere. [`Shadow::Adaptive`] sends [`Params::probes`] rays to its middle and its rim, and
 //!   all others only where the probes disagree.
+//! - *Textures* (III.A) are filtered anisotropically over what a ray covers of them, by ray differentials.
 //! - *The environment* (C) is a sphere around everything.
 //!
 //! *Departures*. Samples of a light are uniform over its disc as the shaded point sees it, not over the sphere, whose rim
@@ -77,6 +78,9 @@ pub struct Params<'a> {
     pub gloss_roughness: f32,
     /// Largest diffuse reflectance of real surfaces, [0, 1]: a shadow takes away at most what such a surface would send back.
     pub reflectance_cap: f32,
+    /// Most lookups of a texture along the longer axis of what a ray covers of it, [0,
+    /// [`MAX_ANISOTROPY`](pano_core::texture::MAX_ANISOTROPY)]: more are sharper at grazing angles. 0: textures are not filtered.
+    pub max_anisotropy: u32,
     /// What the view shows without objects.
     pub photo: &'a RadianceImage,
 }
@@ -96,6 +100,7 @@ impl<'a> Params<'a> {
             gloss: 0.0,
             gloss_roughness: 0.3,
             reflectance_cap: 0.9,
+            max_anisotropy: 16,
             photo,
         }
     }

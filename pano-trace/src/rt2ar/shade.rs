@@ -9,7 +9,7 @@ use super::{Lighting, Params};
 use crate::bsdf::{gloss_fresnel, masking, sample_visible_normal, shadowing};
 use crate::bvh::{InstanceHit, Ray, offset_point};
 use crate::directions::{lobe_direction, mirrored};
-use crate::objects::{Body, Surface};
+use crate::objects::{Body, Differentials, Surface};
 use crate::tracer::{First, Tracer, Walk};
 use crate::world::{RealHit, RealWorld};
 use glam::{UVec2, Vec2, Vec3};
@@ -23,6 +23,9 @@ pub(super) const MAX_CROSSED: usize = 64;
 const LEAST_WEIGHT: f32 = 1e-4;
 /// From this roughness on a mirror image of real surfaces is looked up in the convolved panorama.
 const BLURRED: f32 = 0.5;
+
+/// Width of what a ray of a rough lobe covers, in its α: half of the lobe to each side, of which the samples average.
+const LOBE_WIDTH: f32 = 1.0;
 
 /// Everything the rays of a frame share.
 pub(super) struct Shader<'a, W> {
@@ -81,16 +84,18 @@ pub(super) struct Path {
     pub(super) media: Media,
     /// Its share of the pixel.
     pub(super) weight: f32,
+    /// What it covers, where textures are filtered.
+    pub(super) beam: Option<Differentials>,
 }
 
 impl Path {
     /// From the camera, which is in air.
     pub(super) fn primary() -> Self {
-        Self { depth: 0, media: Media::default(), weight: 1.0 }
+        Self { depth: 0, media: Media::default(), weight: 1.0, beam: None }
     }
 
-    fn onward(&self, media: Media, weight: Vec3) -> Self {
-        Self { depth: self.depth + 1, media, weight: self.weight * weight.max_element() }
+    fn onward(&self, media: Media, weight: Vec3, beam: Option<Differentials>) -> Self {
+        Self { depth: self.depth + 1, media, weight: self.weight * weight.max_element(), beam }
     }
 }
 
@@ -188,7 +193,10 @@ impl<W: RealWorld> Shader<'_, W> {
 
     /// Radiance that the object at `hit` sends back along `ray`.
     pub(super) fn object(&self, ray: &Ray, hit: &InstanceHit, path: Path, trail: &mut Trail) -> Vec3 {
-        let surface = self.tracer.objects.surface(ray, hit);
+        let surface = match &path.beam {
+            Some(beam) => self.tracer.objects.surface_over(ray, hit, beam, self.params.max_anisotropy),
+            None => self.tracer.objects.surface(ray, hit),
+        };
         let lobes = surface.bsdf.lobes();
         let normal = surface.bsdf.normal();
         let mut light = surface.emission;
@@ -200,7 +208,7 @@ impl<W: RealWorld> Shader<'_, W> {
         }
         if lobes.specular.max_element() > 0.0 {
             let axis = self.above(mirrored(ray.direction, normal), ray, &surface);
-            light += lobes.specular * self.reflection(axis, &surface, lobes.roughness, lobes.specular, path, trail);
+            light += lobes.specular * self.reflection((ray, axis), &surface, lobes.roughness, lobes.specular, path, trail);
         }
         if lobes.diffuse == Vec3::ZERO && (lobes.roughness == 0.0 || surface.bsdf.is_specular()) {
             // Mirrors see the lights in the panorama itself.
@@ -259,10 +267,22 @@ impl<W: RealWorld> Shader<'_, W> {
     }
 
     /// Mean radiance in the lobe about `axis`. One ray looks for what is there.
-    fn reflection(&self, axis: Vec3, surface: &Surface<'_>, roughness: f32, weight: Vec3, path: Path, trail: &mut Trail) -> Vec3 {
+    fn reflection(
+        &self,
+        (ray, axis): (&Ray, Vec3),
+        surface: &Surface<'_>,
+        roughness: f32,
+        weight: Vec3,
+        path: Path,
+        trail: &mut Trail,
+    ) -> Vec3 {
         let direction = if roughness > 0.0 { lobe_direction(axis, roughness, trail.walk.sampler.next_2d()) } else { axis };
+        let beam = surface.neighbours.map(|n| match roughness {
+            0.0 => n.reflected(ray.direction, surface.bsdf.normal()),
+            roughness => n.scattered(direction, LOBE_WIDTH * roughness * roughness),
+        });
         let ray = Ray::new(offset_point(surface.position, surface.bsdf.offset_normal(direction)), direction);
-        let onward = path.onward(path.media, weight);
+        let onward = path.onward(path.media, weight, beam);
         if roughness >= BLURRED {
             // The convolved map holds the real surfaces as well, and without noise.
             return self.follow_objects(&ray, onward, self.environment(axis, roughness), trail);
@@ -294,6 +314,13 @@ impl<W: RealWorld> Shader<'_, W> {
         let facet = if rough { facet(normal, out, body.alpha, trail.walk.sampler.next_2d()) } else { normal };
         let reflected = reflectance(body, out.dot(facet).max(0.0), eta);
         let geometric = surface.bsdf.offset_normal(out);
+        let beam_of = |direction: Vec3, above: bool| {
+            surface.neighbours.map(|n| match () {
+                () if rough => n.scattered(direction, LOBE_WIDTH * body.alpha),
+                () if above => n.reflected(ray.direction, facet),
+                () => n.refracted(ray.direction, facet, eta),
+            })
+        };
         let mut send = |direction: Vec3, media: Media, weight: Vec3, above: bool| {
             // A facet may send light to the wrong side: it is lost (single scattering).
             if weight == Vec3::ZERO || (direction.dot(geometric) > 0.0) != above {
@@ -301,7 +328,8 @@ impl<W: RealWorld> Shader<'_, W> {
             }
             let seen = if rough { visible(normal, out, direction, body.alpha) } else { 1.0 };
             let ray = Ray::new(offset_point(surface.position, surface.bsdf.offset_normal(direction)), direction);
-            weight * seen * self.follow(&ray, path.onward(media, weight), 0.0, trail)
+            let onward = path.onward(media, weight, beam_of(direction, above));
+            weight * seen * self.follow(&ray, onward, 0.0, trail)
         };
         let mirror = mirrored(ray.direction, facet);
         let mirror = if rough || mirror.dot(geometric) > 0.0 { mirror } else { mirrored(ray.direction, geometric) };
@@ -368,9 +396,13 @@ impl<W: RealWorld> Shader<'_, W> {
             return Vec3::ZERO;
         }
         let weight = gloss_fresnel(-ray.direction.dot(hit.normal)) * params.gloss;
-        let onward = path.onward(path.media, Vec3::splat(weight));
         let axis = mirrored(ray.direction, hit.normal);
         let direction = lobe_direction(axis, params.gloss_roughness, trail.walk.sampler.next_2d());
+        let beam = path.beam.map(|beam| {
+            beam.on_plane(ray, hit.t, hit.normal)
+                .scattered(direction, LOBE_WIDTH * params.gloss_roughness * params.gloss_roughness)
+        });
+        let onward = path.onward(path.media, Vec3::splat(weight), beam);
         if direction.dot(hit.normal) <= 0.0 || onward.weight < LEAST_WEIGHT {
             return Vec3::ZERO;
         }
