@@ -2,7 +2,7 @@
 //! Printed first: rays, times and their ratios, measured in turn in one run, and what the probes miss.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use pano_tests::scenes::{LitScene, furnished_table};
+use pano_tests::scenes::{LitScene, furnished_table, knot_on_a_table};
 use pano_trace::rt2ar::{Params, Rendered, Shadow};
 use pano_trace::world::CapturedWorld;
 use std::sync::LazyLock;
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// Primary rays a pixel.
 const PRIMARY: u32 = 4;
 /// Frames of each kind; the fastest counts, which others on the machine disturb least.
-const RUNS: usize = 5;
+const RUNS: usize = 3;
 
 fn adaptive(params: &mut Params<'_>, samples: u32) {
     (params.samples, params.shadow_samples, params.shadow) = (PRIMARY, samples, Shadow::Adaptive);
@@ -80,8 +80,11 @@ fn survey(scene: &LitScene<CapturedWorld>) {
 
 fn shadows(c: &mut Criterion) {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("nothing has run in parallel yet");
-    let scene = furnished_table(400, 300);
-    rayon::scope(|_| survey(&scene));
+    let scene = knot_on_a_table(400, 300);
+    for (name, scene) in [("a knot on a table", &scene), ("four objects", &furnished_table(400, 300))] {
+        println!("{name}");
+        rayon::scope(|_| survey(scene));
+    }
     let mut group = c.benchmark_group("rt2ar");
     group.sample_size(10).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(5));
     for samples in [20, 50] {

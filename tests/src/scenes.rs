@@ -274,6 +274,13 @@ pub fn table_under_a_lamp(objects: &[Placement], width: usize, height: usize) ->
     LitScene::new(scene, &radiance, capture)
 }
 
+/// A teapot-sized knot of clay on that table, as in the paper's figure 12.
+pub fn knot_on_a_table(width: usize, height: usize) -> LitScene<CapturedWorld> {
+    let knot = prepared(primitives::torus_knot(2, 3, 0.12, 0.035, 300, 24));
+    let place = Affine3A::from_translation(Vec3::new(0.0, 0.87, -1.2));
+    table_under_a_lamp(&[placed(&knot, place, Material::diffuse(Vec3::new(0.72, 0.34, 0.22)))], width, height)
+}
+
 /// A knot, a teapot-sized figure of clay, a mirror ball and a glass ball on that table: a fifth of the view.
 pub fn furnished_table(width: usize, height: usize) -> LitScene<CapturedWorld> {
     let at = |x: f32, y: f32, z: f32| Affine3A::from_translation(Vec3::new(x, 0.7 + y, -1.2 + z));

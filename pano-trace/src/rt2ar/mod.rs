@@ -8,7 +8,8 @@
 //!   [`Params::depth`] surfaces one after the other. A refracted ray keeps a stack of the bodies it
 //!   is in, up to eight; the one entered last counts.
 //! - *Shadows* (E): each light is a sphere. [`Shadow::Adaptive`] sends [`Params::probes`] rays to its middle and its rim, and
-//!   all others only where the probes disagree.
+//!   all others only where the probes disagree. A pixel's first ray probes; later ones that meet the same surface make sure
+//!   with two probes ([`Params::samples`] rays together send more than one would).
 //! - *Textures* (III.A) are filtered anisotropically over what a ray covers of them, by ray differentials.
 //! - *The environment* (C) is a sphere around everything.
 //!
