@@ -115,8 +115,7 @@ mod tests {
             let mut here = Differentials { origin: [Vec3::ZERO; 2], direction }.on_plane(&ray, t, normal);
             here.normal = met.map(|m| m.1 - normal);
             let (off, into) = (here.reflected(ray.direction, normal), here.refracted(ray.direction, normal, eta));
-            for i in 0..2 {
-                let (p, n, d) = met[i];
+            for (i, (p, n, d)) in met.into_iter().enumerate() {
                 let near = |found: Vec3, truth: Vec3| found.distance(truth) < 0.03 * truth.length() + 2e-5;
                 prop_assert!(near(here.position[i], p - ray.at(t)), "{} {}", here.position[i], p - ray.at(t));
                 let (r, s) = (mirrored(d, n) - mirrored(ray.direction, normal), bent(d, n, eta) - bent(ray.direction, normal, eta));

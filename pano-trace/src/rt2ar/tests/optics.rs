@@ -1,6 +1,5 @@
 //! Reflection and refraction against the laws they follow.
 
-use super::super::frame::MAX_LIGHTS;
 use super::super::lights::Pattern;
 use super::super::media::{Media, refracted};
 use super::super::shade::{Path, Shader, Trail};
@@ -11,9 +10,8 @@ use crate::objects::{Absorption, Body};
 use crate::test_scenes::{SKY, ball, lamp, under};
 use crate::tracer::{TraceParams, Tracer};
 use crate::world::{Environment, LightSample, ProxyWorld, RealHit};
-use glam::{DVec3, Quat, UVec2, Vec2};
+use glam::{DVec3, Quat, Vec2};
 use pano_core::builtin::primitives;
-use pano_core::random::Sampler;
 use proptest::prelude::*;
 
 /// A picture of directions: every colour is one.
