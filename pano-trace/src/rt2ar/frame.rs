@@ -1,8 +1,9 @@
 //! A whole frame: pixels, then those again that their neighbours cast doubt on.
 
 use super::lights::{Pattern, SphericalLight};
-use super::shade::{Path, Shader, Trail};
+use super::shade::Shader;
 use super::shadow::{Real, Verdicts};
+use super::trail::{Path, Trail};
 use super::{Lighting, MAX_SHADOW_SAMPLES, PROBES, Params, Shadow};
 use crate::bvh::Ray;
 use crate::objects::Differentials;

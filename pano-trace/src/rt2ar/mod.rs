@@ -31,6 +31,7 @@ mod media;
 mod shade;
 mod shadow;
 mod survey;
+mod trail;
 
 pub use frame::{Rendered, render};
 pub use lights::{SphericalLight, place_lights};

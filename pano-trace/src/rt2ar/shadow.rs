@@ -2,8 +2,9 @@
 
 use super::lights::{SphericalLight, Toward};
 use super::media::{Media, reflectance};
-use super::shade::{MAX_CROSSED, Shader, Trail, just_beyond};
+use super::shade::{MAX_CROSSED, Shader, just_beyond};
 use super::survey::{Agreed, Looks, Sums, Survey};
+use super::trail::Trail;
 use super::{Params, Shadow};
 use crate::bvh::Ray;
 use crate::objects::Ball;

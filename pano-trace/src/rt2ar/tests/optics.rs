@@ -2,7 +2,8 @@
 
 use super::super::lights::Pattern;
 use super::super::media::{Media, refracted};
-use super::super::shade::{Path, Shader, Trail};
+use super::super::shade::Shader;
+use super::super::trail::{Path, Trail};
 use super::*;
 use crate::bsdf::dielectric;
 use crate::bvh::Ray;
