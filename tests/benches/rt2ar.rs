@@ -43,6 +43,9 @@ fn timed(scene: &LitScene<CapturedWorld>, change: impl Fn(&mut Params<'_>)) -> (
     (rendered, clock() - begin)
 }
 
+/// Its name, and how it changes the defaults.
+type Kind<'a> = (&'a str, &'a dyn Fn(&mut Params<'_>));
+
 fn survey(scene: &LitScene<CapturedWorld>) {
     println!("| samples | shadows | rays | ms | ratio of rays | of times | penumbra missed |");
     println!("|--:|---|--:|--:|--:|--:|--:|");
@@ -50,7 +53,7 @@ fn survey(scene: &LitScene<CapturedWorld>) {
     let (none, ms) = none.min_by(|a, b| a.1.total_cmp(&b.1)).expect("there are runs");
     println!("| | none | {} | {ms:.0} | | | |", none.traced.rays);
     for samples in [20, 50] {
-        let kinds: [(&str, &dyn Fn(&mut Params<'_>)); 3] = [
+        let kinds: [Kind<'_>; 3] = [
             ("all everywhere", &|p| soft(p, samples)),
             ("five probes", &|p| {
                 adaptive(p, samples);
