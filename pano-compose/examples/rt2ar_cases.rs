@@ -1,7 +1,7 @@
 //! Writes the pictures of docs/rt2ar.md: for each case the path-traced truth, rt2ar from a panorama with depth, and rt2ar
 //! through a depth camera, from left to right.
 //!
-//! `cargo run --release -p pano-compose --features demo --example rt2ar_cases -- FOLDER`
+//! `cargo run --release -p pano-compose --features demo --example rt2ar_cases -- FOLDER [CASE]`
 
 use glam::Vec3;
 use pano_compose::demo::{CaseParams, cases};
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).ok_or("name a folder to write to")?);
     std::fs::create_dir_all(&folder)?;
     let params = CaseParams { panorama_width: 1024, captured_samples: 12, size: (320, 240), samples: 16, truth_samples: 32 };
-    for case in cases(&params, &Silent)? {
+    for case in cases(&params, std::env::args().nth(2).as_deref(), &Silent)? {
         // Ordinary light is white at the brightness that few pixels exceed.
         let mut brightest: Vec<f32> = case.truth.data().iter().map(|p| p.max_element()).collect();
         brightest.sort_unstable_by(f32::total_cmp);

@@ -35,5 +35,6 @@ pub mod random;
 #[cfg(feature = "scene")]
 pub mod scene;
 pub mod sphere;
+pub mod texture;
 
 pub use error::{Error, Result, SceneError};

@@ -1,68 +1,8 @@
 //! Surface materials in glTF's metallic-roughness terms, with textures.
 
-use crate::image::Image;
-use glam::{Affine2, Vec2, Vec3, Vec4};
-use std::sync::Arc;
+pub use crate::texture::{Texture, Wrap};
 
-/// What a texture shows outside [0, 1].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wrap {
-    /// Tiles.
-    #[default]
-    Repeat,
-    /// Tiles, every second one mirrored.
-    Mirror,
-    /// The border pixel goes on.
-    Clamp,
-}
-
-/// A picture on a surface. Values are linear (colour textures are decoded when they are loaded).
-#[derive(Clone, Debug)]
-pub struct Texture {
-    /// Linear RGBA, row 0 on top, shared between materials.
-    pub image: Arc<Image<Vec4>>,
-    /// Outside [0, 1] horizontally.
-    pub wrap_u: Wrap,
-    /// Outside [0, 1] vertically.
-    pub wrap_v: Wrap,
-    /// Applied to the mesh's (u, v) before the lookup (KHR_texture_transform).
-    pub texture_from_mesh: Affine2,
-}
-
-impl Texture {
-    /// A texture that repeats, without a transform.
-    pub fn new(image: Arc<Image<Vec4>>) -> Self {
-        Self { image, wrap_u: Wrap::Repeat, wrap_v: Wrap::Repeat, texture_from_mesh: Affine2::IDENTITY }
-    }
-
-    /// Bilinear lookup; (0, 0) is the picture's top left corner, as in glTF. A non-finite `uv` reads the corner.
-    pub fn sample(&self, uv: Vec2) -> Vec4 {
-        let uv = self.texture_from_mesh.transform_point2(uv);
-        let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
-        let (w, h) = self.image.size();
-        // One period is enough and keeps the float → integer conversion exact for far-away coordinates.
-        let fold = |t: f32, wrap: Wrap, n: usize| match wrap {
-            Wrap::Repeat => t.rem_euclid(1.0) * n as f32 - 0.5,
-            Wrap::Mirror => t.rem_euclid(2.0) * n as f32 - 0.5,
-            Wrap::Clamp => t.clamp(0.0, 1.0) * n as f32 - 0.5,
-        };
-        let index = |i: isize, wrap: Wrap, n: usize| match wrap {
-            Wrap::Repeat => i.rem_euclid(n as isize) as usize,
-            Wrap::Mirror => {
-                let i = i.rem_euclid(2 * n as isize) as usize;
-                i.min(2 * n - 1 - i)
-            }
-            Wrap::Clamp => i.clamp(0, n as isize - 1) as usize,
-        };
-        let (x, y) = (fold(uv.x, self.wrap_u, w), fold(uv.y, self.wrap_v, h));
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let at = |dx: isize, dy: isize| {
-            self.image.get(index(x0 as isize + dx, self.wrap_u, w), index(y0 as isize + dy, self.wrap_v, h))
-        };
-        at(0, 0).lerp(at(1, 0), fx).lerp(at(0, 1).lerp(at(1, 1), fx), fy)
-    }
-}
+use glam::Vec3;
 
 /// A surface material, in the terms of glTF 2.0 and its KHR extensions. Factors multiply their texture where there is one.
 #[derive(Clone, Debug)]

@@ -8,9 +8,14 @@ use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
 use pano_core::image::RadianceImage;
 use pano_core::material::Material;
 use pano_core::mesh::Mesh;
+use pano_core::progress::Silent;
+use pano_core::sphere::resample::view_from_panorama;
+use pano_light::{WorkingMap, detect, ibl};
+use pano_trace::mr360::Lighting;
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
+use pano_trace::rt2ar;
 use pano_trace::tracer::{self, Frame, TraceParams, Traced};
-use pano_trace::world::{CapturedWorld, Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance};
+use pano_trace::world::{CapturedOptions, CapturedWorld, Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance};
 use std::sync::Arc;
 
 /// A world, what is put into it, and who looks.
@@ -209,6 +214,86 @@ pub fn plane_with_two_windows(width: usize, height: usize) -> TestScene<ProxyWor
     let world = ProxyWorld::new(Arc::new(environment), Quat::IDENTITY, Vec3::Y, std::slice::from_ref(&plane));
     let camera = view(Vec3::new(0.0, 2.6, 3.6), Vec3::new(0.0, 0.0, 0.0), 45.0, width, height);
     TestScene { world, objects: Objects::new(&placements), camera }
+}
+
+/// A scene of rt2ar: what lights it, and what the view shows without the objects.
+#[derive(Clone, Debug)]
+pub struct LitScene<W> {
+    /// The world, the objects, the view.
+    pub scene: TestScene<W>,
+    /// Lights detected in the panorama, and maps of what is left.
+    pub lighting: Lighting,
+    /// The photo.
+    pub photo: RadianceImage,
+}
+
+impl<W: RealWorld> LitScene<W> {
+    /// What a panorama taken at `capture`, upright and looking to −Z, shows of the world and lights it with.
+    fn new(scene: TestScene<W>, panorama: &RadianceImage, capture: Vec3) -> Self {
+        let map = WorkingMap::from_hdr(panorama);
+        let detection = detect::detect(&map, &detect::Params::default());
+        let maps = ibl::radiance_maps(&detection.clamped(&map));
+        let lighting = Lighting { maps, lights: detection.lights, pano_from_world: Quat::IDENTITY, capture };
+        let mut photo = RadianceImage::filled(scene.camera.width, scene.camera.height, Vec3::ZERO);
+        view_from_panorama(panorama, Quat::IDENTITY, &scene.camera, &mut photo).expect("the photo has the view's size");
+        Self { scene, lighting, photo }
+    }
+
+    /// Traces the frame by rt2ar.
+    pub fn trace(&self, change: impl Fn(&mut rt2ar::Params<'_>)) -> rt2ar::Rendered {
+        let mut params = rt2ar::Params::new(&self.photo);
+        change(&mut params);
+        let TestScene { world, objects, camera } = &self.scene;
+        let frame = Frame { camera, objects, stream: pano_core::random::Stream::default() };
+        let lights = rt2ar::place_lights(world, &self.lighting);
+        rt2ar::render(&frame, world, &self.lighting, &lights, &params, &pano_core::progress::Silent).expect("nobody cancels")
+    }
+}
+
+/// `objects` on the table of a captured room under a lamp of 4° radius on its ceiling; the table's middle is at (0, 0.7, −1.2).
+pub fn table_under_a_lamp(objects: &[Placement], width: usize, height: usize) -> LitScene<CapturedWorld> {
+    let capture = Vec3::new(0.0, 1.5, 0.0);
+    let room = Room {
+        walls: Cuboid { lo: Vec3::new(-2.5, -1.5, -3.5), hi: Vec3::new(2.5, 2.0, 2.5) },
+        table: Some(Cuboid { lo: Vec3::new(-0.8, -0.85, -1.7), hi: Vec3::new(0.8, -0.8, -0.7) }),
+        window: None,
+        colors: [Vec3::splat(0.2), Vec3::splat(0.6)],
+        lights: [Vec3::ZERO, Vec3::splat(0.6)],
+    };
+    let direction = Vec3::new(0.25, 1.0, -0.5).normalize();
+    let lamp = Lamp { direction, cos_radius: 4f32.to_radians().cos(), radiance: Vec3::splat(200.0) };
+    let width_of_panorama = 1024;
+    let (mut radiance, depth) = (room.radiance(width_of_panorama), room.depth(width_of_panorama));
+    let lit = sky(width_of_panorama, Vec3::ZERO, Vec3::ZERO, &[lamp]);
+    radiance.data_mut().iter_mut().zip(lit.data()).for_each(|(p, lamp)| *p += *lamp);
+    // Rays of rt2ar see what the panorama shows: no reflectance is asked for.
+    let options = CapturedOptions { irradiance_width: 0, ..CapturedOptions::default() };
+    let world = CapturedWorld::new(Arc::new(radiance.clone()), &depth, Quat::IDENTITY, capture, &[], &options, &Silent);
+    let camera = view(capture, Vec3::new(0.0, 0.75, -1.2), 45.0, width, height);
+    let scene = TestScene { world: world.expect("nobody cancels"), objects: Objects::new(objects), camera };
+    LitScene::new(scene, &radiance, capture)
+}
+
+/// A teapot-sized knot of clay on that table, as in the paper's figure 12.
+pub fn knot_on_a_table(width: usize, height: usize) -> LitScene<CapturedWorld> {
+    let knot = prepared(primitives::torus_knot(2, 3, 0.12, 0.035, 300, 24));
+    let place = Affine3A::from_translation(Vec3::new(0.0, 0.87, -1.2));
+    table_under_a_lamp(&[placed(&knot, place, Material::diffuse(Vec3::new(0.72, 0.34, 0.22)))], width, height)
+}
+
+/// A knot, a teapot-sized figure of clay, a mirror ball and a glass ball on that table: a fifth of the view.
+pub fn furnished_table(width: usize, height: usize) -> LitScene<CapturedWorld> {
+    let at = |x: f32, y: f32, z: f32| Affine3A::from_translation(Vec3::new(x, 0.7 + y, -1.2 + z));
+    let knot = primitives::torus_knot(2, 3, 0.12, 0.035, 300, 24);
+    let ball = prepared(primitives::icosphere(0.09, 5));
+    let clay = prepared(primitives::rounded_box(Vec3::new(0.18, 0.24, 0.18), 0.04, 6));
+    let objects = [
+        placed(&prepared(knot), at(0.05, 0.17, -0.05), Material::metal(Vec3::new(0.93, 0.66, 0.42), 0.3)),
+        placed(&clay, at(-0.38, 0.12, 0.0), Material::diffuse(Vec3::new(0.72, 0.34, 0.22))),
+        placed(&ball, at(0.38, 0.09, 0.12), Material::metal(Vec3::splat(0.95), 0.0)),
+        placed(&ball, at(-0.12, 0.09, 0.25), Material::glass(1.5, 0.0)),
+    ];
+    table_under_a_lamp(&objects, width, height)
 }
 
 #[cfg(test)]

@@ -48,12 +48,15 @@ pub struct Case {
 
 /// Height of the table that objects stand on.
 const TABLE: f32 = 0.75;
+/// The case with a varnished table, and how rough that is.
+const GLOSSY: &str = "glossy table";
+const VARNISH: f32 = 0.2;
 
-/// Renders the cases.
+/// Renders the cases, or the one that is called `only`.
 ///
 /// # Errors
 /// [`pipeline::Error::Cancelled`], or [`pipeline::Error::Core`] if a size or a number of samples is 0.
-pub fn cases(params: &CaseParams, progress: &dyn Progress) -> Result<Vec<Case>> {
+pub fn cases(params: &CaseParams, only: Option<&str>, progress: &dyn Progress) -> Result<Vec<Case>> {
     let counts = [params.captured_samples, params.samples, params.truth_samples];
     if params.panorama_width < 2 || counts.contains(&0) || params.size.0 == 0 || params.size.1 == 0 {
         return Err(pano_core::Error::argument(format!("cases need pixels and samples: {params:?}")).into());
@@ -65,14 +68,28 @@ pub fn cases(params: &CaseParams, progress: &dyn Progress) -> Result<Vec<Case>> 
         coarsest,
         streams: [2 * picture - 1, 2 * picture].map(|frame| Stream { frame, seed: 0 }),
     };
-    let empty = place.without_objects();
     let panorama = place.panorama(params.panorama_width);
     let captured = quality(params.captured_samples, CAPTURE_FILTER, 1);
-    let photo = Arc::new(reference::trace(&empty, &panorama, &captured, &Step { progress, name: "capture" })?.radiance);
-    let depth = Arc::new(reference::depth(&empty, &panorama, |triangle| place.is_window(triangle)));
+    let mut photos: Vec<(f32, Arc<RadianceImage>)> = Vec::new();
+    let depth = Arc::new(reference::depth(&place.without_objects(), &panorama, |triangle| place.is_window(triangle)));
     let mut cases = Vec::new();
     for (i, (name, view, objects)) in contents(&place).into_iter().enumerate() {
+        if only.is_some_and(|only| only != name) {
+            continue;
+        }
+        let gloss = if name == GLOSSY { 1.0 } else { 0.0 };
         let place = place.furnished(objects, view)?;
+        let place = if gloss > 0.0 { place.varnished(VARNISH)? } else { place };
+        let empty = place.without_objects();
+        let photo = match photos.iter().find(|(of, _)| *of == gloss) {
+            Some((_, photo)) => photo.clone(),
+            None => {
+                let step = Step { progress, name: "capture" };
+                let photo = Arc::new(reference::trace(&empty, &panorama, &captured, &step)?.radiance);
+                photos.push((gloss, photo.clone()));
+                photo
+            }
+        };
         let camera = place.view(params.size);
         let step = Step { progress, name };
         let sharp = |picture: u32| quality(params.truth_samples, TRUTH_FILTER, 2 + 2 * i as u32 + picture);
@@ -91,8 +108,8 @@ pub fn cases(params: &CaseParams, progress: &dyn Progress) -> Result<Vec<Case>> 
         cases.push(Case {
             name,
             truth,
-            panorama: render(&place, params, &with_depth, &step)?,
-            camera: render(&place, params, &with_camera, &step)?,
+            panorama: render(&place, params, &with_depth, gloss, &step)?,
+            camera: render(&place, params, &with_camera, gloss, &step)?,
         });
     }
     Ok(cases)
@@ -112,14 +129,15 @@ fn inputs(place: &Place, photo: Arc<RadianceImage>, depth: Option<Arc<Image<f32>
     }
 }
 
-fn render(place: &Place, params: &CaseParams, inputs: &Inputs, progress: &dyn Progress) -> Result<Rendered> {
+fn render(place: &Place, params: &CaseParams, inputs: &Inputs, gloss: f32, progress: &dyn Progress) -> Result<Rendered> {
     let demo = super::DemoParams { view: params.size, samples: params.samples, bounces: 6, ..super::DemoParams::quick() };
     let mut scene = Scene::parse(&place.scene_file(&demo), SCENE_FILE)?;
     scene.render.method = Method::Rt2ar;
     // The file says less of materials than there is.
     scene.objects.iter_mut().zip(place.contents()).for_each(|(o, known)| o.material = Some(known.material.clone()));
     let objects = pipeline::prepare_objects(&scene, inputs, 0);
-    let options = RenderOptions::default();
+    let mut options = RenderOptions::default();
+    (options.settings.gloss, options.settings.gloss_roughness) = (gloss, VARNISH);
     let world = pipeline::build_world(&scene, inputs, &objects, &options.settings, &mut Vec::new(), progress)?;
     Frame::new(&scene, inputs, &objects, &world, &options).render(Clock::new(), progress)
 }
@@ -136,7 +154,7 @@ fn millimetres(distance: &Image<f32>, camera: &Camera) -> Image<f32> {
 }
 
 /// Name, view (degrees to the right, up, of height) and objects of each case.
-fn contents(place: &Place) -> [(&'static str, [f32; 3], Vec<RoomObject>); 5] {
+fn contents(place: &Place) -> [(&'static str, [f32; 3], Vec<RoomObject>); 6] {
     let on_table = |name, mesh: Mesh, material, x: f32, z: f32| RoomObject {
         name,
         mesh,
@@ -176,6 +194,14 @@ fn contents(place: &Place) -> [(&'static str, [f32; 3], Vec<RoomObject>); 5] {
             vec![
                 on_table("ball", ball(0.12), silver.clone(), 0.20, -0.10),
                 on_table("figure", known("figure", 1.0), clay.clone(), 0.40, 0.10),
+            ],
+        ),
+        (
+            GLOSSY,
+            [-16.0, -36.0, 30.0],
+            vec![
+                on_table("ball", ball(0.10), clay.clone(), 0.26, -0.06),
+                on_table("figure", known("figure", 1.2), white.clone(), -0.12, -0.06),
             ],
         ),
         (

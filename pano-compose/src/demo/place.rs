@@ -2,12 +2,13 @@
 
 use super::DemoParams;
 use crate::pipeline::Result;
-use glam::{Affine3A, Quat};
+use glam::{Affine3A, Quat, Vec3};
 use pano_core::{
     builtin::room::{Room, RoomObject},
     camera::{Camera, Projection, rotation_from_yaw_pitch},
     mesh::Mesh,
 };
+use pano_trace::bvh::Ray;
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
 use std::fmt::Write;
 use std::sync::Arc;
@@ -45,6 +46,18 @@ impl Place {
         let prepare = |o: &RoomObject| Ok(Arc::new(PreparedMesh::new(o.mesh.clone())?));
         let objects = room.objects.iter().map(prepare).collect::<Result<_>>()?;
         Ok(Self { room, mesh: self.mesh.clone(), objects })
+    }
+
+    /// The same room with a varnished table, `roughness` telling how smooth.
+    pub(super) fn varnished(&self, roughness: f32) -> Result<Self> {
+        let mut mesh = self.mesh.mesh().clone();
+        // From below the lamp that hangs over its middle.
+        let above = Ray::new(Vec3::Y, Vec3::NEG_Y);
+        if let Some(hit) = self.mesh.blas().intersect(&above) {
+            let top = &mut mesh.materials[self.mesh.mesh().material_id(hit.triangle as usize) as usize];
+            (top.specular, top.roughness) = (1.0, roughness);
+        }
+        Ok(Self { mesh: Arc::new(PreparedMesh::new(mesh)?), ..self.clone() })
     }
 
     /// What is put into the room.

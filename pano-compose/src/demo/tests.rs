@@ -38,10 +38,10 @@ fn a_demo_of_nothing_is_refused() {
 #[test]
 fn the_cases_of_rt2ar_hold_their_objects() {
     let params = CaseParams { panorama_width: 64, captured_samples: 1, size: (32, 24), samples: 2, truth_samples: 1 };
-    let cases = cases(&params, &Silent).unwrap();
+    let cases = cases(&params, None, &Silent).unwrap();
     assert_eq!(
         cases.iter().map(|c| c.name).collect::<Vec<_>>(),
-        ["occlusion", "reflection", "recursion", "refraction", "soft shadows"]
+        ["occlusion", "reflection", "glossy table", "recursion", "refraction", "soft shadows"]
     );
     for case in &cases {
         assert_eq!(case.truth.size(), (32, 24), "{}", case.name);
@@ -52,5 +52,5 @@ fn the_cases_of_rt2ar_hold_their_objects() {
             assert!(covered > 4.0, "{}: {covered} pixels of objects", case.name);
         }
     }
-    assert!(super::cases(&CaseParams { samples: 0, ..params }, &Silent).is_err());
+    assert!(super::cases(&CaseParams { samples: 0, ..params }, None, &Silent).is_err());
 }

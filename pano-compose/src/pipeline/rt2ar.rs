@@ -41,6 +41,7 @@ pub(super) fn trace(
         gloss: settings.gloss,
         gloss_roughness: settings.gloss_roughness,
         reflectance_cap: settings.captured.reflectance_cap,
+        max_anisotropy: settings.anisotropy,
         photo: &photo,
     };
     let rendered = match frame.world {

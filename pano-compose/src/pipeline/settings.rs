@@ -2,6 +2,7 @@
 
 use super::{Detector, Error, GPU_STAGES, GpuSettings, Result};
 use crate::lens;
+use pano_core::texture::MAX_ANISOTROPY;
 use pano_denoise::{cross_bilateral, mean};
 use pano_trace::rt2ar::{self, Shadow};
 use pano_trace::tracer::Mis;
@@ -46,6 +47,10 @@ pub const SETTINGS: &[Setting] = &[
         help: "true | false: rt2ar looks closer beside penumbrae and edges, too, which finds what the probes miss (true)",
     },
     Setting { key: "penumbra_radius", help: "0–16: pixels to each side over which rt2ar's penumbrae are averaged (1)" },
+    Setting {
+        key: "anisotropy",
+        help: "0–64: lookups of a texture along what a ray of rt2ar covers; more are sharper at grazing angles, 0 filters none (16)",
+    },
     Setting { key: "bloom", help: "0–1: share of the objects' bright light that a lens spreads around it (0: off)" },
     Setting { key: "glare", help: "0–1: share of still brighter light that goes into rays (0: off)" },
     Setting { key: "lens_threshold", help: "≥ 0: luminance from which light is bright (1)" },
@@ -104,6 +109,8 @@ pub struct Settings {
     pub probe_neighbours: bool,
     /// `penumbra_radius`.
     pub penumbra_radius: usize,
+    /// `anisotropy`.
+    pub anisotropy: u32,
     /// `bloom`, `glare`, `lens_threshold`, `bloom_radius`, `glare_attenuation`, `glare_passes` and `lens_light`.
     pub lens: lens::Params,
     /// How a captured field is prepared.
@@ -128,6 +135,7 @@ impl Default for Settings {
             probes: rt2ar::PROBES[0],
             probe_neighbours: true,
             penumbra_radius: mean::Params::default().radius,
+            anisotropy: 16,
             lens: lens::Params::default(),
             captured: CapturedOptions::default(),
             gpu: GpuSettings::default(),
@@ -184,6 +192,7 @@ impl Settings {
             "probes" => self.probes = count(rt2ar::PROBES[0], rt2ar::PROBES[1])?,
             "probe_neighbours" => self.probe_neighbours = value.parse().map_err(|_| bad())?,
             "penumbra_radius" => self.penumbra_radius = count(0, mean::MAX_RADIUS as u32)? as usize,
+            "anisotropy" => self.anisotropy = count(0, MAX_ANISOTROPY)?,
             "bloom" => self.lens.bloom = number(0.0, 1.0)?,
             "glare" => self.lens.glare = number(0.0, 1.0)?,
             "lens_threshold" => self.lens.threshold = number(0.0, 1e9)?,

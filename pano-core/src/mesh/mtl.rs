@@ -177,7 +177,7 @@ impl Entry {
         if let Some(map) = self.maps.get("normal") {
             let texture = map.texture(mtl, Encoding::Data, textures)?;
             // A grey picture is a height map, whose scale in metres the format does not tell: left out.
-            if texture.image.data().iter().any(|p| p.x != p.y || p.y != p.z) {
+            if texture.image().data().iter().any(|p| p.x != p.y || p.y != p.z) {
                 (m.normal_texture, m.normal_scale) = (Some(texture), map.strength);
             }
         }
@@ -253,20 +253,22 @@ impl Map {
         // v_up·s + o, in terms of v = 1 − v_up.
         let offset = Vec2::new(self.offset.x, 1.0 - self.scale.y - self.offset.y);
         let texture_from_mesh = Affine2::from_scale_angle_translation(self.scale, 0.0, offset);
-        Ok(Texture { image, wrap_u: wrap, wrap_v: wrap, texture_from_mesh })
+        let mut texture = Texture::new(image);
+        (texture.wrap_u, texture.wrap_v, texture.texture_from_mesh) = (wrap, wrap, texture_from_mesh);
+        Ok(texture)
     }
 }
 
 /// One texture with roughness in G and metalness in B, as glTF has it, from two grey ones; the larger's size, and the
 /// roughness's placement where both have one.
 fn merge(roughness: Option<Texture>, metallic: Option<Texture>) -> Option<Texture> {
-    let pixels = |t: &Option<Texture>| t.as_ref().map_or((0, 0), |t| t.image.size());
+    let pixels = |t: &Option<Texture>| t.as_ref().map_or((0, 0), |t| t.image().size());
     let (w, h) = pixels(&roughness).max(pixels(&metallic));
-    let mut texture = roughness.clone().or(metallic.clone())?;
-    let read = |t: &Option<Texture>, uv: Vec2| t.as_ref().map_or(1.0, |t| Texture::new(t.image.clone()).sample(uv).x);
-    texture.image = Arc::new(Image::from_fn(w, h, |x, y| {
+    let texture = roughness.clone().or(metallic.clone())?;
+    let read = |t: &Option<Texture>, uv: Vec2| t.as_ref().map_or(1.0, |t| Texture::new(t.image().clone()).sample(uv).x);
+    let merged = Image::from_fn(w, h, |x, y| {
         let uv = Vec2::new((x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32);
         Vec4::new(1.0, read(&roughness, uv), read(&metallic, uv), 1.0)
-    }));
-    Some(texture)
+    });
+    Some(texture.with_image(Arc::new(merged)))
 }

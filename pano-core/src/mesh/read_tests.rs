@@ -119,8 +119,8 @@ fn mtl_materials_with_textures() {
     assert_eq!((wood.base_color, wood.specular), (Vec3::splat(0.5), 0.5));
     assert!((wood.roughness.powi(4) - 2.0 / 32.0).abs() < 1e-6);
     let map = wood.base_color_texture.as_ref().unwrap();
-    assert_eq!((map.wrap_u, map.image.size()), (Wrap::Clamp, (2, 1)));
-    assert!((map.image.get(0, 0).x - 0.5029).abs() < 1e-3, "sRGB 188 is half the light");
+    assert_eq!((map.wrap_u, map.image().size()), (Wrap::Clamp, (2, 1)));
+    assert!((map.image().get(0, 0).x - 0.5029).abs() < 1e-3, "sRGB 188 is half the light");
     // In OBJ's own terms v_up · 3, here through v = 1 − v_up.
     let v = |v_up: f32| 1.0 - map.texture_from_mesh.transform_point2(Vec2::new(0.0, 1.0 - v_up)).y;
     assert!((v(0.2) - 0.6).abs() < 1e-6);
@@ -128,7 +128,7 @@ fn mtl_materials_with_textures() {
     assert_eq!((glass.base_color, glass.ior, glass.thin), (Vec3::ONE, 1.4, false));
     assert!((glass.transmission - 0.9).abs() < 1e-6);
     assert_eq!((pbr.roughness, pbr.metallic), (0.5, 1.0));
-    let map = pbr.metallic_roughness_texture.as_ref().unwrap().image.get(0, 0);
+    let map = pbr.metallic_roughness_texture.as_ref().unwrap().image().get(0, 0);
     assert!((map.y - 128.0 / 255.0).abs() < 1e-6 && map.z == 1.0);
     assert_eq!((mirror.metallic, mirror.base_color), (1.0, Vec3::new(0.9, 0.8, 0.7)));
     assert!(mirror.roughness < 0.05);

@@ -72,12 +72,19 @@ impl Tlas {
     /// The nearest face along the ray from `t_min` on.
     #[inline]
     pub fn intersect_beyond(&self, ray: &Ray, t_min: f32) -> Option<InstanceHit> {
+        self.intersect_among(ray, t_min, |_| true)
+    }
+
+    /// The same of the instances that `counts` says yes to.
+    #[inline]
+    pub fn intersect_among(&self, ray: &Ray, t_min: f32, counts: impl Fn(u32) -> bool) -> Option<InstanceHit> {
         let mut nearest = None;
         let Some(bvh) = &self.bvh else {
             let mut t_max = ray.t_max;
             let slabs = to_obvhs(ray, t_min);
             for (i, instance) in self.instances.iter().enumerate() {
-                if instance.bounds.intersect_ray(&slabs) < t_max
+                if counts(i as u32)
+                    && instance.bounds.intersect_ray(&slabs) < t_max
                     && let Some(hit) = instance.intersect(ray, t_min, t_max)
                 {
                     t_max = hit.t;
@@ -88,7 +95,8 @@ impl Tlas {
         };
         bvh.ray_traverse(to_obvhs(ray, t_min), &mut RayHit::none(), |clipped, id| {
             let instance = bvh.primitive_indices[id];
-            match self.instances[instance as usize].intersect(ray, t_min, clipped.tmax) {
+            let hit = if counts(instance) { self.instances[instance as usize].intersect(ray, t_min, clipped.tmax) } else { None };
+            match hit {
                 Some(hit) => {
                     nearest = Some(InstanceHit { instance, hit });
                     hit.t
@@ -102,15 +110,31 @@ impl Tlas {
     /// Whether any face lies on the ray.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let occludes = |instance: &Instance| instance.blas.occluded(&instance.to_mesh(ray, ray.t_max));
+        self.occluded_by(ray, |_| true)
+    }
+
+    /// Whether any face of the instances that `counts` says yes to lies on the ray.
+    #[inline]
+    pub fn occluded_by(&self, ray: &Ray, counts: impl Fn(u32) -> bool) -> bool {
+        let occludes = |i: u32| {
+            let instance = &self.instances[i as usize];
+            counts(i) && instance.blas.occluded(&instance.to_mesh(ray, ray.t_max))
+        };
         match &self.bvh {
             None => {
                 let slabs = to_obvhs(ray, 0.0);
-                self.instances.iter().any(|i| i.bounds.intersect_ray(&slabs) < ray.t_max && occludes(i))
+                let meets =
+                    |(i, instance): (usize, &Instance)| instance.bounds.intersect_ray(&slabs) < ray.t_max && occludes(i as u32);
+                self.instances.iter().enumerate().any(meets)
             }
-            Some(bvh) => !bvh.ray_traverse_miss(to_obvhs(ray, 0.0), |_, id| {
-                if occludes(&self.instances[bvh.primitive_indices[id] as usize]) { 0.0 } else { f32::INFINITY }
-            }),
+            Some(bvh) => {
+                !bvh.ray_traverse_miss(
+                    to_obvhs(ray, 0.0),
+                    |_, id| {
+                        if occludes(bvh.primitive_indices[id]) { 0.0 } else { f32::INFINITY }
+                    },
+                )
+            }
         }
     }
 }

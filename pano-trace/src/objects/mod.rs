@@ -1,8 +1,10 @@
 //! The virtual objects of a frame: meshes placed in the world, their materials, their bounds and what they emit.
 
+mod differentials;
 mod emitters;
 mod surface;
 
+pub use differentials::{Differentials, Neighbours};
 pub use emitters::EmitterSample;
 pub use surface::{Absorption, Body, Surface};
 
@@ -92,6 +94,8 @@ struct Placed {
     /// −1 where the placement mirrors, which turns faces inside out.
     orientation: f32,
     materials: Vec<CompiledMaterial>,
+    /// Any of these lets light through.
+    clear: bool,
 }
 
 /// The virtual objects of a frame.
@@ -103,6 +107,7 @@ pub struct Objects {
     clusters: Vec<Ball>,
     emitters: Emitters,
     transmit: bool,
+    textured: bool,
 }
 
 impl Objects {
@@ -125,12 +130,13 @@ impl Objects {
         let placed: Vec<Placed> = placements
             .iter()
             .map(|p| {
-                let materials = match &p.material {
+                let materials: Vec<CompiledMaterial> = match &p.material {
                     Some(material) => vec![compile(material)],
                     None if p.mesh.mesh.materials.is_empty() => vec![compile(&Material::default())],
                     None => p.mesh.mesh.materials.iter().map(&mut compile).collect(),
                 };
                 Placed {
+                    clear: materials.iter().any(|m| m.material.transmission > 0.0),
                     mesh: p.mesh.clone(),
                     world_from_mesh: p.world_from_mesh,
                     world_from_normal: p.world_from_mesh.matrix3.inverse().transpose(),
@@ -142,8 +148,14 @@ impl Objects {
         let balls: Vec<Ball> = placed.iter().map(ball_around).collect();
         let clusters = clustered(&balls);
         let emitters = Emitters::new(&placed);
-        let transmit = placed.iter().flat_map(|p| &p.materials).any(|m| m.material.transmission > 0.0);
-        Self { tlas, placed, balls, clusters, emitters, transmit }
+        let transmit = placed.iter().any(|p| p.clear);
+        let textures = |m: &Material| {
+            [&m.base_color_texture, &m.metallic_roughness_texture, &m.emissive_texture, &m.normal_texture]
+                .iter()
+                .any(|texture| texture.is_some())
+        };
+        let textured = placed.iter().flat_map(|p| &p.materials).any(|m| textures(&m.material));
+        Self { tlas, placed, balls, clusters, emitters, transmit, textured }
     }
 
     /// Whether there are none.
@@ -184,6 +196,18 @@ impl Objects {
         self.transmit
     }
 
+    /// Whether an object that lets no light through anywhere lies on the ray.
+    #[inline]
+    pub fn opaque_on(&self, ray: &Ray) -> bool {
+        self.tlas.occluded_by(ray, |i| !self.placed[i as usize].clear)
+    }
+
+    /// The nearest along the ray from `t_min` on of the objects that let light through.
+    #[inline]
+    pub fn intersect_clear(&self, ray: &Ray, t_min: f32) -> Option<InstanceHit> {
+        self.tlas.intersect_among(ray, t_min, |i| self.placed[i as usize].clear)
+    }
+
     /// Whether any object shines.
     #[inline]
     pub fn emit(&self) -> bool {
@@ -211,7 +235,19 @@ impl Objects {
     /// Everything about the surface at a hit.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &InstanceHit) -> Surface<'_> {
-        Surface::new(&self.placed[hit.instance as usize], ray, hit)
+        Surface::new(&self.placed[hit.instance as usize], ray, hit, None)
+    }
+
+    /// The same, textures averaged over what the ray's `beam` covers; of textures along the longer axis at most
+    /// `max_anisotropy` times.
+    #[inline]
+    pub fn surface_over(&self, ray: &Ray, hit: &InstanceHit, beam: &Differentials, max_anisotropy: u32) -> Surface<'_> {
+        Surface::new(&self.placed[hit.instance as usize], ray, hit, Some((beam, max_anisotropy)))
+    }
+
+    /// Whether any object has a texture.
+    pub fn textured(&self) -> bool {
+        self.textured
     }
 }
 

@@ -1,9 +1,11 @@
 //! What a hit on an object means: position, normals, textures read, scattering.
 
-use super::{Placed, interpolate};
+use super::{Differentials, Neighbours, Placed, interpolate};
 use crate::bsdf::{Bsdf, BsdfParams};
 use crate::bvh::{InstanceHit, Ray};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
+use pano_core::material::Texture;
+use pano_core::texture::Footprint;
 
 /// What lies behind a surface that lets light in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,10 +64,12 @@ pub struct Surface<'a> {
     pub body: Option<Body>,
     /// The ray came from the side that the geometric normal points to.
     pub outside: bool,
+    /// What the ray's pixel covers here, if that was asked.
+    pub neighbours: Option<Neighbours>,
 }
 
 impl<'a> Surface<'a> {
-    pub(super) fn new(placed: &'a Placed, ray: &Ray, hit: &InstanceHit) -> Self {
+    pub(super) fn new(placed: &'a Placed, ray: &Ray, hit: &InstanceHit, beam: Option<(&Differentials, u32)>) -> Self {
         let mesh = &placed.mesh.mesh;
         let h = &hit.hit;
         let indices = mesh.triangles[h.triangle as usize];
@@ -85,26 +89,37 @@ impl<'a> Surface<'a> {
         let compiled = &placed.materials[placed.material_index(h.triangle)];
         let m = &compiled.material;
         let uv = if mesh.uvs.is_empty() { Vec2::ZERO } else { interpolate(indices.map(|v| mesh.uvs[v as usize]), h.barycentric) };
+        let spread = beam.map(|(beam, most)| {
+            let mut neighbours = beam.on_plane(ray, h.t, geometric);
+            let axes = spread(placed, indices, (corners, h.barycentric), normal, &mut neighbours);
+            (neighbours, axes.map(|axes| Footprint { axes, max_anisotropy: most }))
+        });
+        let look = |texture: &Texture| -> Vec4 {
+            match spread.and_then(|(_, footprint)| footprint) {
+                Some(footprint) => texture.sample_over(uv, &footprint),
+                None => texture.sample(uv),
+            }
+        };
         if let Some(texture) = &m.normal_texture
             && let Some((tangent, bitangent)) = tangents(placed, indices, corners)
         {
-            let t = texture.sample(uv).truncate() * 2.0 - 1.0;
+            let t = look(texture).truncate() * 2.0 - 1.0;
             let bent = tangent * (t.x * m.normal_scale) + bitangent * (t.y * m.normal_scale) + normal * t.z;
             normal = bent.try_normalize().unwrap_or(normal);
         }
         let base_color = match &m.base_color_texture {
-            Some(texture) => m.base_color * texture.sample(uv).truncate(),
+            Some(texture) => m.base_color * look(texture).truncate(),
             None => m.base_color,
         };
         let (mut metallic, mut roughness) = (m.metallic, m.roughness);
         if let Some(texture) = &m.metallic_roughness_texture {
-            let t = texture.sample(uv);
+            let t = look(texture);
             (metallic, roughness) = (metallic * t.z, roughness * t.y);
         }
         let outside = geometric.dot(ray.direction) < 0.0;
         let emission = match &m.emissive_texture {
             _ if !outside => Vec3::ZERO,
-            Some(texture) => m.emissive * texture.sample(uv).truncate(),
+            Some(texture) => m.emissive * look(texture).truncate(),
             None => m.emissive,
         };
         let solid = m.transmission > 0.0 && !m.thin;
@@ -131,8 +146,43 @@ impl<'a> Surface<'a> {
             alpha: params.alpha,
             absorption: if solid { absorption } else { Absorption::NONE },
         });
-        Self { position, bsdf, emission, transmittance, albedo: base_color, body, outside }
+        Self { position, bsdf, emission, transmittance, albedo: base_color, body, outside, neighbours: spread.map(|s| s.0) }
     }
+}
+
+/// What a pixel that covers `neighbours.position` of a face covers of its texture; `None` where there is none or the face has no
+/// area. Sets how the interpolated unit `normal` changes.
+fn spread(
+    placed: &Placed,
+    indices: [u32; 3],
+    (corners, barycentric): ([Vec3; 3], Vec2),
+    normal: Vec3,
+    neighbours: &mut Neighbours,
+) -> Option<[Vec2; 2]> {
+    let mesh = &placed.mesh.mesh;
+    let edges = [corners[1] - corners[0], corners[2] - corners[0]].map(|e| placed.world_from_mesh.transform_vector3(e));
+    let [aa, ab, bb] = [edges[0].length_squared(), edges[0].dot(edges[1]), edges[1].length_squared()];
+    let det = aa * bb - ab * ab;
+    // Weights of the second and third vertex along a step on the face.
+    let weights = neighbours.position.map(|step| {
+        let (a, b) = (edges[0].dot(step), edges[1].dot(step));
+        Vec2::new(bb * a - ab * b, aa * b - ab * a) / det
+    });
+    if !weights.iter().all(|w| w.is_finite()) {
+        return None;
+    }
+    if !mesh.normals.is_empty() {
+        let normals = indices.map(|v| placed.world_from_normal * glam::Vec3A::from(mesh.normals[v as usize]));
+        let mean = Vec3::from(interpolate(normals, barycentric));
+        let side = if mean.dot(normal) < 0.0 { -1.0 } else { 1.0 };
+        neighbours.normal = weights.map(|w| {
+            let change = Vec3::from((normals[1] - normals[0]) * w.x + (normals[2] - normals[0]) * w.y) * side;
+            let turned = (change - normal * change.dot(normal)) / mean.length();
+            if turned.is_finite() { turned } else { Vec3::ZERO }
+        });
+    }
+    let uvs = (!mesh.uvs.is_empty()).then(|| indices.map(|v| mesh.uvs[v as usize]))?;
+    Some(weights.map(|w| (uvs[1] - uvs[0]) * w.x + (uvs[2] - uvs[0]) * w.y))
 }
 
 /// World-space directions in which u and −v grow (glTF's tangent frame), of unit length; `None` where the mapping is

@@ -1,11 +1,13 @@
 //! A whole frame: pixels, then those again that their neighbours cast doubt on.
 
 use super::lights::{Pattern, SphericalLight};
-use super::shade::{Path, Shader, Trail};
+use super::shade::Shader;
 use super::shadow::{Real, Verdicts};
+use super::trail::{Path, Trail};
 use super::{Lighting, MAX_SHADOW_SAMPLES, PROBES, Params, Shadow};
 use crate::bvh::Ray;
-use crate::tracer::{First, Frame, Pixel, TraceParams, Traced, Tracer, Walk, layers, pixels};
+use crate::objects::Differentials;
+use crate::tracer::{First, Frame, Pixel, TraceParams, Traced, Tracer, layers, pixels};
 use crate::world::RealWorld;
 use glam::{UVec2, Vec2, Vec3};
 use pano_core::image::Image;
@@ -124,31 +126,25 @@ impl<W: RealWorld> Shader<'_, W> {
         let look = self.tracer.may_see_objects(frame.camera, corner);
         let photo = self.params.photo.get(at.x as usize, at.y as usize);
         let (mut object, mut delta, mut covered) = (Vec3::ZERO, Vec3::ZERO, 0u32);
-        let (guides, center) = self.guides(frame, corner + 0.5, look);
+        let (mut pixel, center) = self.guides(frame, corner + 0.5, look);
         // Where nothing can change, one more look, somewhere else in the pixel, makes sure.
         let quiet = !look && !self.may_change(&center);
-        let mut shaded = Shaded {
-            pixel: guides,
-            shadows: [0.0; MAX_LIGHTS],
-            verdicts: Verdicts::default(),
-            rays: 0,
-            shadow_rays: 0,
-            discarded: 0,
-        };
-        let mut taken = 0;
+        let (mut shadows, mut discarded, mut taken) = ([0.0; MAX_LIGHTS], 0, 0);
+        let mut trail = Trail::new(thorough);
+        // A ray stands for its share of the pixel's area.
+        let width = (self.params.samples as f32).sqrt().recip();
+        let filtered = self.params.max_anisotropy > 0 && frame.objects.textured();
         for index in 0..self.params.samples {
             taken += 1;
-            let mut trail = Trail {
-                walk: Walk { sampler: Sampler::new(at, index, frame.stream), rays: 0 },
-                shadow_rays: 0,
-                thorough,
-                verdicts: Verdicts::default(),
-                reached: [0.0; MAX_LIGHTS],
-            };
+            trail.walk.sampler = Sampler::new(at, index, frame.stream);
+            trail.reached = [0.0; MAX_LIGHTS];
             let [jx, jy, pick, _] = trail.walk.sampler.next_4d();
             let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + Vec2::new(jx, jy)));
             let mut path = Path::primary();
-            let met = self.meet(&ray, path.media, look, &mut trail);
+            if filtered {
+                path.beam = Some(Differentials::of_pixel(frame.camera, corner + Vec2::new(jx, jy), width));
+            }
+            let met = self.meet(&ray, path.media, look, W::surface, &mut trail);
             path.media = met.media;
             let (sum, value) = match met.first {
                 First::Infinity => {
@@ -166,38 +162,29 @@ impl<W: RealWorld> Shader<'_, W> {
                     (&mut delta, change.of(photo, self.params.reflectance_cap))
                 }
             };
-            shaded.rays += trail.walk.rays;
-            shaded.shadow_rays += trail.shadow_rays;
-            shaded.verdicts.join(trail.verdicts);
-            shaded.shadows.iter_mut().zip(trail.reached).for_each(|(sum, reached)| *sum += reached);
+            shadows.iter_mut().zip(trail.reached).for_each(|(sum, reached)| *sum += reached);
             if value.is_finite() {
                 *sum += value;
             } else {
-                shaded.discarded += 1;
+                discarded += 1;
             }
             if quiet && index == 0 && value == Vec3::ZERO {
                 break;
             }
         }
         let share = 1.0 / taken.max(1) as f32;
-        shaded.pixel.object = object * share;
-        shaded.pixel.delta = delta * share;
-        shaded.pixel.coverage = covered as f32 * share;
-        shaded.shadows.iter_mut().for_each(|sum| *sum *= share);
-        shaded
+        pixel.object = object * share;
+        pixel.delta = delta * share;
+        pixel.coverage = covered as f32 * share;
+        shadows.iter_mut().for_each(|sum| *sum *= share);
+        let Trail { walk, shadow_rays, verdicts, .. } = trail;
+        Shaded { pixel, shadows, verdicts, rays: walk.rays, shadow_rays, discarded }
     }
 
     /// What filters are guided by, and what is there, at the pixel's centre.
     fn guides(&self, frame: &Frame<'_>, center: Vec2, look: bool) -> (Pixel, First) {
         let ray = Ray::new(frame.camera.position, frame.camera.direction(center));
-        let mut trail = Trail {
-            walk: Walk { sampler: Sampler::new(UVec2::ZERO, 0, frame.stream), rays: 0 },
-            shadow_rays: 0,
-            thorough: false,
-            verdicts: Verdicts::default(),
-            reached: [0.0; MAX_LIGHTS],
-        };
-        let met = self.meet(&ray, Path::primary().media, look, &mut trail);
+        let met = self.meet(&ray, Path::primary().media, look, W::surface, &mut Trail::new(false));
         (self.tracer.guides_of(&met.first, &ray), met.first)
     }
 }

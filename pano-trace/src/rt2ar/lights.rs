@@ -6,6 +6,7 @@ use crate::directions::cap_direction;
 use crate::world::RealWorld;
 use glam::{Vec2, Vec3};
 use pano_core::light::DirectionalLight;
+use std::f32::consts::PI;
 
 /// A light, seen from a point of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,7 +99,7 @@ pub fn place_lights<W: RealWorld>(world: &W, lighting: &Lighting) -> Vec<Spheric
 }
 
 /// The points of a light that are looked at, as (height over the rim's plane, x, y) on the unit disc's cap: the first is its
-/// middle, the next four are on its rim a quarter turn apart (figure 9), all others between them.
+/// middle, the next four are on its rim a quarter turn apart (figure 9), opposite ones in turn; all others between them.
 #[derive(Clone, Debug)]
 pub(super) struct Pattern {
     points: Vec<Point>,
@@ -119,7 +120,7 @@ impl Pattern {
     /// `count` points, the first `probes` of which are spread over the whole light.
     pub(super) fn new(count: u32, probes: u32) -> Self {
         // Each point stands for an equal share of the solid angle: the middle for the innermost, the rim for the outermost.
-        let golden = std::f32::consts::PI * (3.0 - 5f32.sqrt());
+        let golden = PI * (3.0 - 5f32.sqrt());
         let inner = |from: u32, to: u32, k: u32| {
             let share = 1.0 / count as f32;
             let (lo, hi) = (share, 1.0 - RIM_PROBES as f32 * share);
@@ -130,7 +131,7 @@ impl Pattern {
             .map(|i| {
                 let (area, angle) = match i {
                     0 => (0.0, 0.0),
-                    i if i < first => (1.0, (i - 1) as f32 * std::f32::consts::FRAC_PI_2),
+                    i if i < first => (1.0, [0.0, PI, 0.5 * PI, 1.5 * PI][i as usize - 1]),
                     // The further probes and the remaining points are two spirals over the same disc.
                     i if i < probes => (inner(first, probes.min(count), i - first), i as f32 * golden),
                     i => (inner(first.max(probes), count, i - first.max(probes)), (i as f32 + 0.5) * golden),

@@ -8,7 +8,9 @@
 //!   [`Params::depth`] surfaces one after the other. A refracted ray keeps a stack of the bodies it
 //!   is in, up to eight; the one entered last counts.
 //! - *Shadows* (E): each light is a sphere. [`Shadow::Adaptive`] sends [`Params::probes`] rays to its middle and its rim, and
-//!   all others only where the probes disagree.
+//!   all others only where the probes disagree. A pixel's first ray probes; later ones that meet the same surface make sure
+//!   with two probes ([`Params::samples`] rays together send more than one would).
+//! - *Textures* (III.A) are filtered anisotropically over what a ray covers of them, by ray differentials.
 //! - *The environment* (C) is a sphere around everything.
 //!
 //! *Departures*. Samples of a light are uniform over its disc as the shaded point sees it, not over the sphere, whose rim
@@ -28,6 +30,8 @@ mod lights;
 mod media;
 mod shade;
 mod shadow;
+mod survey;
+mod trail;
 
 pub use frame::{Rendered, render};
 pub use lights::{SphericalLight, place_lights};
@@ -76,6 +80,9 @@ pub struct Params<'a> {
     pub gloss_roughness: f32,
     /// Largest diffuse reflectance of real surfaces, [0, 1]: a shadow takes away at most what such a surface would send back.
     pub reflectance_cap: f32,
+    /// Most lookups of a texture along the longer axis of what a ray covers of it, [0,
+    /// [`MAX_ANISOTROPY`](pano_core::texture::MAX_ANISOTROPY)]: more are sharper at grazing angles. 0: textures are not filtered.
+    pub max_anisotropy: u32,
     /// What the view shows without objects.
     pub photo: &'a RadianceImage,
 }
@@ -95,6 +102,7 @@ impl<'a> Params<'a> {
             gloss: 0.0,
             gloss_roughness: 0.3,
             reflectance_cap: 0.9,
+            max_anisotropy: 16,
             photo,
         }
     }

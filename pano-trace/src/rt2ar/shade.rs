@@ -3,13 +3,14 @@
 use super::frame::MAX_LIGHTS;
 use super::lights::{Pattern, SphericalLight, Toward};
 use super::media::{Media, reflectance, refracted};
-use super::shadow::{Lightable, Lit, Real, Turns, Verdicts};
+use super::shadow::{Lightable, Lit, Real, Turns};
+use super::trail::{Path, Trail};
 use super::{Lighting, Params};
 use crate::bsdf::{gloss_fresnel, masking, sample_visible_normal, shadowing};
 use crate::bvh::{InstanceHit, Ray, offset_point};
 use crate::directions::{lobe_direction, mirrored};
 use crate::objects::{Body, Surface};
-use crate::tracer::{First, Tracer, Walk};
+use crate::tracer::{First, Tracer};
 use crate::world::{RealHit, RealWorld};
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -22,6 +23,9 @@ const LEAST_WEIGHT: f32 = 1e-4;
 /// From this roughness on a mirror image of real surfaces is looked up in the convolved panorama.
 const BLURRED: f32 = 0.5;
 
+/// Width of what a ray of a rough lobe covers, in its α: half of the lobe to each side, of which the samples average.
+const LOBE_WIDTH: f32 = 1.0;
+
 /// Everything the rays of a frame share.
 pub(super) struct Shader<'a, W> {
     pub(super) tracer: Tracer<'a, W>,
@@ -31,51 +35,6 @@ pub(super) struct Shader<'a, W> {
     /// The points of a light for which surfaces are asked how they respond; no rays go there.
     pub(super) response: Pattern,
     pub(super) params: &'a Params<'a>,
-}
-
-/// The state of one sample.
-pub(super) struct Trail {
-    pub(super) walk: Walk,
-    pub(super) shadow_rays: u64,
-    /// All samples of a light, whatever the probes say.
-    pub(super) thorough: bool,
-    pub(super) verdicts: Verdicts,
-    /// Per light the share that reaches what the sample shows.
-    pub(super) reached: [f32; MAX_LIGHTS],
-}
-
-impl Trail {
-    /// Keeps what is found about a light where a pixel shows it.
-    pub(super) fn note<F>(&mut self, light: usize, point: &Lightable<F>, lit: Lit, bright: bool, penumbra: bool) {
-        if point.shown {
-            let bit = 1 << light;
-            let found = if bright { (bit, 0) } else { (0, bit) };
-            self.verdicts.join(Verdicts { bright: found.0, dark: found.1, penumbra: if penumbra { bit } else { 0 } });
-            self.reached[light] = lit.reaches.element_sum() / 3.0;
-        }
-    }
-}
-
-/// A ray that is followed: where it is, and what it still counts.
-#[derive(Clone, Copy)]
-pub(super) struct Path {
-    /// Surfaces that have bent it.
-    pub(super) depth: u32,
-    /// The bodies it is in.
-    pub(super) media: Media,
-    /// Its share of the pixel.
-    pub(super) weight: f32,
-}
-
-impl Path {
-    /// From the camera, which is in air.
-    pub(super) fn primary() -> Self {
-        Self { depth: 0, media: Media::default(), weight: 1.0 }
-    }
-
-    fn onward(&self, media: Media, weight: Vec3) -> Self {
-        Self { depth: self.depth + 1, media, weight: self.weight * weight.max_element() }
-    }
 }
 
 /// What a ray meets, past bodies that do not show.
@@ -113,14 +72,23 @@ impl Change {
 impl<W: RealWorld> Shader<'_, W> {
     /// What `ray` meets first. Bodies with the index of their surroundings that take nothing away are passed as if they were
     /// not there: what lies behind is met by the whole ray, from its beginning.
-    pub(super) fn meet(&self, ray: &Ray, media: Media, look: bool, trail: &mut Trail) -> Met {
+    ///
+    /// `find` is [`RealWorld::hit`], or [`RealWorld::surface`] where the picture is not asked for.
+    pub(super) fn meet(
+        &self,
+        ray: &Ray,
+        media: Media,
+        look: bool,
+        find: impl Fn(&W, &Ray) -> Option<RealHit>,
+        trail: &mut Trail,
+    ) -> Met {
         trail.walk.rays += 1;
         let (mut media, mut left) = (media, Vec3::ONE);
         let (mut passed, mut beyond) = (0.0, 0.0);
         for _ in 0..MAX_CROSSED {
             let object = if look { self.tracer.objects.intersect_beyond(ray, beyond) } else { None };
             let reach = object.map_or(ray.t_max, |hit| hit.hit.t);
-            if let Some(real) = self.tracer.world.hit(&ray.up_to(reach)) {
+            if let Some(real) = find(self.tracer.world, &ray.up_to(reach)) {
                 let left = left * media.transmittance(real.t - passed);
                 return Met { first: First::Real(real), media, left };
             }
@@ -141,7 +109,7 @@ impl<W: RealWorld> Shader<'_, W> {
         if path.depth > self.params.depth || path.weight < LEAST_WEIGHT {
             return self.environment(ray.direction, roughness);
         }
-        let met = self.meet(ray, path.media, true, trail);
+        let met = self.meet(ray, path.media, true, W::hit, trail);
         let path = Path { media: met.media, weight: path.weight * met.left.max_element(), ..path };
         met.left
             * match met.first {
@@ -163,7 +131,10 @@ impl<W: RealWorld> Shader<'_, W> {
 
     /// Radiance that the object at `hit` sends back along `ray`.
     pub(super) fn object(&self, ray: &Ray, hit: &InstanceHit, path: Path, trail: &mut Trail) -> Vec3 {
-        let surface = self.tracer.objects.surface(ray, hit);
+        let surface = match &path.beam {
+            Some(beam) => self.tracer.objects.surface_over(ray, hit, beam, self.params.max_anisotropy),
+            None => self.tracer.objects.surface(ray, hit),
+        };
         let lobes = surface.bsdf.lobes();
         let normal = surface.bsdf.normal();
         let mut light = surface.emission;
@@ -175,7 +146,7 @@ impl<W: RealWorld> Shader<'_, W> {
         }
         if lobes.specular.max_element() > 0.0 {
             let axis = self.above(mirrored(ray.direction, normal), ray, &surface);
-            light += lobes.specular * self.reflection(axis, &surface, lobes.roughness, lobes.specular, path, trail);
+            light += lobes.specular * self.reflection((ray, axis), &surface, lobes.roughness, lobes.specular, path, trail);
         }
         if lobes.diffuse == Vec3::ZERO && (lobes.roughness == 0.0 || surface.bsdf.is_specular()) {
             // Mirrors see the lights in the panorama itself.
@@ -183,7 +154,8 @@ impl<W: RealWorld> Shader<'_, W> {
         }
         let from = |d: Vec3| offset_point(surface.position, surface.bsdf.offset_normal(d));
         let facing = surface.bsdf.offset_normal(-ray.direction);
-        let point = Lightable { position: surface.position, from, normal: facing, shown: path.depth == 0 };
+        let point =
+            Lightable { position: surface.position, from, normal: facing, instance: Some(hit.instance), shown: path.depth == 0 };
         let turns = Turns::new(trail);
         for (i, source) in self.lights.iter().enumerate() {
             let toward = source.seen_from(surface.position);
@@ -233,10 +205,22 @@ impl<W: RealWorld> Shader<'_, W> {
     }
 
     /// Mean radiance in the lobe about `axis`. One ray looks for what is there.
-    fn reflection(&self, axis: Vec3, surface: &Surface<'_>, roughness: f32, weight: Vec3, path: Path, trail: &mut Trail) -> Vec3 {
+    fn reflection(
+        &self,
+        (ray, axis): (&Ray, Vec3),
+        surface: &Surface<'_>,
+        roughness: f32,
+        weight: Vec3,
+        path: Path,
+        trail: &mut Trail,
+    ) -> Vec3 {
         let direction = if roughness > 0.0 { lobe_direction(axis, roughness, trail.walk.sampler.next_2d()) } else { axis };
+        let beam = surface.neighbours.map(|n| match roughness {
+            0.0 => n.reflected(ray.direction, surface.bsdf.normal()),
+            roughness => n.scattered(direction, LOBE_WIDTH * roughness * roughness),
+        });
         let ray = Ray::new(offset_point(surface.position, surface.bsdf.offset_normal(direction)), direction);
-        let onward = path.onward(path.media, weight);
+        let onward = path.onward(path.media, weight, beam);
         if roughness >= BLURRED {
             // The convolved map holds the real surfaces as well, and without noise.
             return self.follow_objects(&ray, onward, self.environment(axis, roughness), trail);
@@ -249,7 +233,7 @@ impl<W: RealWorld> Shader<'_, W> {
         if path.depth > self.params.depth || path.weight < LEAST_WEIGHT {
             return behind;
         }
-        let met = self.meet(ray, path.media, true, trail);
+        let met = self.meet(ray, path.media, true, W::surface, trail);
         match met.first {
             First::Object(hit) => met.left * self.object(ray, &hit, Path { media: met.media, ..path }, trail),
             _ => met.left * behind,
@@ -268,6 +252,13 @@ impl<W: RealWorld> Shader<'_, W> {
         let facet = if rough { facet(normal, out, body.alpha, trail.walk.sampler.next_2d()) } else { normal };
         let reflected = reflectance(body, out.dot(facet).max(0.0), eta);
         let geometric = surface.bsdf.offset_normal(out);
+        let beam_of = |direction: Vec3, above: bool| {
+            surface.neighbours.map(|n| match () {
+                () if rough => n.scattered(direction, LOBE_WIDTH * body.alpha),
+                () if above => n.reflected(ray.direction, facet),
+                () => n.refracted(ray.direction, facet, eta),
+            })
+        };
         let mut send = |direction: Vec3, media: Media, weight: Vec3, above: bool| {
             // A facet may send light to the wrong side: it is lost (single scattering).
             if weight == Vec3::ZERO || (direction.dot(geometric) > 0.0) != above {
@@ -275,7 +266,8 @@ impl<W: RealWorld> Shader<'_, W> {
             }
             let seen = if rough { visible(normal, out, direction, body.alpha) } else { 1.0 };
             let ray = Ray::new(offset_point(surface.position, surface.bsdf.offset_normal(direction)), direction);
-            weight * seen * self.follow(&ray, path.onward(media, weight), 0.0, trail)
+            let onward = path.onward(media, weight, beam_of(direction, above));
+            weight * seen * self.follow(&ray, onward, 0.0, trail)
         };
         let mirror = mirrored(ray.direction, facet);
         let mirror = if rough || mirror.dot(geometric) > 0.0 { mirror } else { mirrored(ray.direction, geometric) };
@@ -307,7 +299,7 @@ impl<W: RealWorld> Shader<'_, W> {
     /// How objects change the real surface at `hit`; `real` is when it is asked what other real surfaces block.
     pub(super) fn change(&self, ray: &Ray, hit: &RealHit, real: Real, path: Path, trail: &mut Trail) -> Change {
         let origin = self.tracer.world.leave(hit);
-        let point = Lightable { position: origin, from: |_| origin, normal: hit.normal, shown: path.depth == 0 };
+        let point = Lightable { position: origin, from: |_| origin, normal: hit.normal, instance: None, shown: path.depth == 0 };
         let turns = Turns::new(trail);
         let mut lits = [Lit::FULLY; MAX_LIGHTS];
         for (i, (source, lit)) in self.lights.iter().zip(&mut lits).enumerate() {
@@ -317,7 +309,7 @@ impl<W: RealWorld> Shader<'_, W> {
             }
         }
         let mut change = Change { without: Vec3::ZERO, irradiance: Vec3::ZERO, mirrored: Vec3::ZERO };
-        if real == Real::Always || lits.iter().any(|lit| *lit != Lit::FULLY) {
+        if real == Real::Always || lits.iter().any(|lit| lit.reaches != Vec3::splat(lit.open)) {
             change.without = self.ambient(hit.normal) * PI;
             for (i, (source, lit)) in self.lights.iter().zip(lits).enumerate() {
                 let toward = source.seen_from(origin);
@@ -342,14 +334,18 @@ impl<W: RealWorld> Shader<'_, W> {
             return Vec3::ZERO;
         }
         let weight = gloss_fresnel(-ray.direction.dot(hit.normal)) * params.gloss;
-        let onward = path.onward(path.media, Vec3::splat(weight));
         let axis = mirrored(ray.direction, hit.normal);
         let direction = lobe_direction(axis, params.gloss_roughness, trail.walk.sampler.next_2d());
+        let beam = path.beam.map(|beam| {
+            beam.on_plane(ray, hit.t, hit.normal)
+                .scattered(direction, LOBE_WIDTH * params.gloss_roughness * params.gloss_roughness)
+        });
+        let onward = path.onward(path.media, Vec3::splat(weight), beam);
         if direction.dot(hit.normal) <= 0.0 || onward.weight < LEAST_WEIGHT {
             return Vec3::ZERO;
         }
         let ray = Ray::new(origin, direction);
-        let met = self.meet(&ray, path.media, true, trail);
+        let met = self.meet(&ray, path.media, true, W::surface, trail);
         let First::Object(object) = met.first else { return Vec3::ZERO };
         let radiance = met.left * self.object(&ray, &object, Path { media: met.media, ..onward }, trail);
         trail.walk.rays += 1;

@@ -2,16 +2,27 @@
 
 use super::lights::{SphericalLight, Toward};
 use super::media::{Media, reflectance};
-use super::shade::{MAX_CROSSED, Shader, Trail, just_beyond};
-use super::{MAX_SHADOW_SAMPLES, Params, Shadow};
+use super::shade::{MAX_CROSSED, Shader, just_beyond};
+use super::survey::{Agreed, Looks, Sums, Survey};
+use super::trail::Trail;
+use super::{Params, Shadow};
 use crate::bvh::Ray;
 use crate::objects::Ball;
 use crate::tracer::First;
 use crate::world::RealWorld;
 use glam::{Vec2, Vec3};
+use std::ops::Range;
 
 /// Values of probes that differ by less are alike: a step in 8 bits.
-const ALIKE: f32 = 1.0 / 256.0;
+pub(super) const ALIKE: f32 = 1.0 / 256.0;
+
+/// The probes that make sure of what is known of the same surface: two opposite points of the rim.
+const SECOND_LOOKS: Range<usize> = 1..3;
+/// How many probes tell whether real surfaces keep the light from a real point: the middle and two opposite points of the rim.
+/// The photo shows these shadows already; only what objects take away there counts.
+const REAL_PROBES: usize = 3;
+/// The one that makes sure.
+const SECOND_REAL_LOOK: Range<usize> = 1..2;
 
 /// A light at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +57,8 @@ pub(super) struct Lightable<F> {
     pub(super) from: F,
     /// Unit normal: light from below its horizon does not count.
     pub(super) normal: Vec3,
+    /// The object it is on; `None`: a real surface.
+    pub(super) instance: Option<u32>,
     /// It is what a pixel shows, not what something shows of it.
     pub(super) shown: bool,
 }
@@ -108,56 +121,69 @@ impl<W: RealWorld> Shader<'_, W> {
         }
         // All samples everywhere is the algorithm without any optimisation, to compare with.
         let objects_reach = params.shadow == Shadow::Soft || self.objects_may_block(toward, point.position);
+        let across = toward.axis.any_orthonormal_pair();
+        let all = self.pattern.len();
+        // Doubt is about what a pixel itself shows, and about objects: real shadows on real surfaces are in the photo.
+        let settle = params.shadow == Shadow::Adaptive && point.shown;
+        let looks = |certain: bool, probes: usize, again: Range<usize>| match params.shadow {
+            Shadow::Adaptive if !certain && probes < all => Looks { first: 0..probes, again },
+            _ => Looks { first: 0..all, again: 0..all },
+        };
+        let thorough = trail.thorough && point.shown;
+        let object_looks = looks(thorough, params.probes as usize, SECOND_LOOKS);
+        let real_looks = match real {
+            Real::IfObjectsDo => looks(false, REAL_PROBES, SECOND_REAL_LOOK),
+            _ => object_looks.clone(),
+        };
+        let known = if settle { trail.consensus.at(light, point) } else { Agreed::default() };
         if !objects_reach && real == Real::IfObjectsDo {
+            if settle {
+                trail.consensus.keep(light, point, Agreed { passes: Some(Vec3::ONE), ..known });
+            }
             trail.note(light, point, Lit::FULLY, true, false);
             return Lit::FULLY;
         }
-        let across = toward.axis.any_orthonormal_pair();
-        let all = self.pattern.len();
-        let probes = match params.shadow {
-            Shadow::Hard => 1,
-            Shadow::Soft => all,
-            Shadow::Adaptive if trail.thorough => all,
-            Shadow::Adaptive => (params.probes as usize).min(all),
-        };
         let ray_to = |i: usize| self.ray_to(i, toward, point, across, turn);
-        let past_objects = |ray: &Ray, trail: &mut Trail| {
-            if objects_reach { self.transmittance(ray, media, trail) } else { Vec3::ONE }
+        let ask_objects = |i: usize, trail: &mut Trail| Some(self.transmittance(&ray_to(i)?, media, trail));
+        let ask_real = |i: usize, objects: &Survey<Vec3>, trail: &mut Trail| {
+            // What objects block anyway is not asked about.
+            let blocked = real == Real::Blocks && objects.of(i) == Some(Vec3::ZERO);
+            let ray = if blocked { None } else { ray_to(i) }?;
+            trail.shadow_rays += 1;
+            Some(!self.tracer.world.blocks(&ray))
         };
-        // What the objects let through of the first samples, asked before anything else where that may settle it.
-        let mut first = [None; MAX_SHADOW_SAMPLES as usize];
-        if real == Real::IfObjectsDo {
-            let mut clear = true;
-            for (i, passes) in first[..probes].iter_mut().enumerate() {
-                *passes = ray_to(i).map(|ray| past_objects(&ray, trail));
-                clear &= passes.is_none_or(|p| p == Vec3::ONE);
-            }
-            if clear {
-                trail.note(light, point, Lit::FULLY, true, false);
-                return Lit::FULLY;
-            }
+
+        let passes = if objects_reach { known.passes } else { Some(Vec3::ONE) };
+        let mut objects = Survey::new(passes, |a, b| (a - b).abs().max_element() < ALIKE);
+        let mut surfaces = Survey::new(known.open, |a, b| a == b);
+        let (mut lit, mut penumbra) = (Lit::FULLY, false);
+        if objects_reach {
+            objects.begin(&object_looks, |i| ask_objects(i, trail));
         }
-        let mut sums = Sums::default();
-        for (i, asked) in first[..all].iter().enumerate() {
-            if i == probes && (params.shadow == Shadow::Hard || sums.agree()) {
-                break;
+        let clear = real == Real::IfObjectsDo && objects.answers().all(|passes| passes == Vec3::ONE);
+        if !clear {
+            if surfaces.begin(&real_looks, |i| ask_real(i, &objects, trail)) != Some(false) {
+                objects.finish(all, |i| ask_objects(i, trail));
+                surfaces.finish(all, |i| ask_real(i, &objects, trail));
             }
-            let Some(ray) = ray_to(i) else { continue };
-            let mut passes = asked.unwrap_or_else(|| past_objects(&ray, trail));
-            let mut open = true;
-            if real != Real::Blocks || passes != Vec3::ZERO {
-                trail.shadow_rays += 1;
-                open = self.tracer.world.hit(&ray).is_none();
-            }
-            if !open {
-                passes = Vec3::ZERO;
-            }
-            sums.add(open, passes);
+            let sums = match (objects.agreed(), surfaces.agreed()) {
+                (Some(Vec3::ZERO), None) if real == Real::Blocks => Sums::of([(false, Vec3::ZERO)]),
+                (_, Some(false)) => Sums::of([(false, Vec3::ZERO)]),
+                (Some(passes), Some(true)) => Sums::of([(true, passes)]),
+                _ => Sums::of((0..all).filter(|&i| ray_to(i).is_some()).map(|i| {
+                    let open = surfaces.of(i) == Some(true);
+                    (open, objects.of(i).filter(|_| open).unwrap_or(Vec3::ZERO))
+                })),
+            };
+            (lit, penumbra) = (sums.mean(), !sums.agree());
         }
-        let lit = sums.mean();
+        if settle {
+            let passes = if clear { Some(Vec3::ONE) } else { objects.agreed() };
+            trail.consensus.keep(light, point, Agreed { open: surfaces.agreed(), passes });
+        }
         // Of a real surface it is the objects' part that shows.
         let most = if real == Real::Blocks { 1.0 } else { lit.open };
-        trail.note(light, point, lit, (most - lit.reaches).max_element() < ALIKE, !sums.agree());
+        trail.note(light, point, lit, (most - lit.reaches).max_element() < ALIKE, penumbra);
         lit
     }
 
@@ -165,11 +191,9 @@ impl<W: RealWorld> Shader<'_, W> {
     pub(super) fn open(&self, toward: &Toward, point: &Lightable<impl Fn(Vec3) -> Vec3>, turn: Vec2, trail: &mut Trail) -> f32 {
         let across = toward.axis.any_orthonormal_pair();
         let probes = if self.params.shadow == Shadow::Hard { 1 } else { (self.params.probes as usize).min(self.pattern.len()) };
-        let mut sums = Sums::default();
-        for ray in (0..probes).filter_map(|i| self.ray_to(i, toward, point, across, turn)) {
-            trail.shadow_rays += 1;
-            sums.add(self.tracer.world.hit(&ray).is_none(), Vec3::ONE);
-        }
+        let rays = (0..probes).filter_map(|i| self.ray_to(i, toward, point, across, turn));
+        let sums = Sums::of(rays.map(|ray| (!self.tracer.world.blocks(&ray), Vec3::ONE)));
+        trail.shadow_rays += u64::from(sums.count);
         sums.mean().open
     }
 
@@ -192,13 +216,16 @@ impl<W: RealWorld> Shader<'_, W> {
     pub(super) fn transmittance(&self, ray: &Ray, media: &Media, trail: &mut Trail) -> Vec3 {
         let objects = self.tracer.objects;
         trail.shadow_rays += 1;
+        if objects.opaque_on(ray) {
+            return Vec3::ZERO;
+        }
         if !objects.transmit() {
-            return if objects.occluded(ray) { Vec3::ZERO } else { Vec3::ONE };
+            return Vec3::ONE;
         }
         let (mut media, mut left) = (*media, Vec3::ONE);
         let (mut passed, mut beyond) = (0.0, 0.0);
         for _ in 0..MAX_CROSSED {
-            let Some(hit) = objects.intersect_beyond(ray, beyond) else {
+            let Some(hit) = objects.intersect_clear(ray, beyond) else {
                 return left * media.transmittance(ray.t_max - passed);
             };
             let surface = objects.surface(ray, &hit);
@@ -255,41 +282,4 @@ fn reaches_cone(ball: &Ball, toward: &Toward, x: Vec3) -> bool {
     let sum = cos_a * cos_b - toward.sin * sin_b;
     let over = cos_a <= -cos_b;
     over || to.dot(toward.axis) / distance >= sum - 1e-5
-}
-
-/// Samples of a light so far.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    count: u32,
-    open: u32,
-    passes: Vec3,
-    /// The smallest and the largest, channel by channel, of (open, passes).
-    low: Option<(bool, Vec3)>,
-    high: (bool, Vec3),
-}
-
-impl Sums {
-    fn add(&mut self, open: bool, passes: Vec3) {
-        self.count += 1;
-        self.open += u32::from(open);
-        self.passes += passes;
-        let (low, high) = match self.low {
-            None => ((open, passes), (open, passes)),
-            Some(low) => ((low.0 & open, low.1.min(passes)), (self.high.0 | open, self.high.1.max(passes))),
-        };
-        (self.low, self.high) = (Some(low), high);
-    }
-
-    fn agree(&self) -> bool {
-        self.low.is_none_or(|low| low.0 == self.high.0 && (self.high.1 - low.1).max_element() < ALIKE)
-    }
-
-    /// All samples below the horizon: nothing was asked, and nothing arrives either way.
-    fn mean(&self) -> Lit {
-        if self.count == 0 {
-            return Lit::FULLY;
-        }
-        let share = 1.0 / self.count as f32;
-        Lit { open: self.open as f32 * share, reaches: self.passes * share }
-    }
 }

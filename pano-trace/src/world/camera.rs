@@ -43,6 +43,17 @@ impl CameraWorld {
         &self.camera
     }
 
+    /// The surface on the ray.
+    fn nearest(&self, ray: &Ray) -> Option<PerspectiveHit> {
+        let turn = self.camera.world_from_camera.inverse();
+        let (origin, direction) = (turn * (ray.origin - self.camera.position), turn * ray.direction);
+        if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
+            self.field.look(direction).filter(|hit| hit.t < ray.t_max)
+        } else {
+            self.field.march(origin, direction, ray.t_max)
+        }
+    }
+
     /// What the picture shows of a point; across a gap the nearest pixel's, never a mixture of front and back.
     fn shown(&self, position: Vec3, at_gap: bool) -> Option<Vec3> {
         let to = position - self.camera.position;
@@ -56,18 +67,15 @@ impl CameraWorld {
 
 impl RealWorld for CameraWorld {
     fn hit(&self, ray: &Ray) -> Option<RealHit> {
-        let turn = self.camera.world_from_camera.inverse();
-        let (origin, direction) = (turn * (ray.origin - self.camera.position), turn * ray.direction);
-        let hit = if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
-            self.field.look(direction).filter(|hit| hit.t < ray.t_max)
-        } else {
-            self.field.march(origin, direction, ray.t_max)
-        };
-        let PerspectiveHit { t, normal, at_gap } = hit?;
+        let PerspectiveHit { t, normal, at_gap } = self.nearest(ray)?;
         let position = ray.at(t);
         let normal = self.camera.world_from_camera * normal;
         let radiance = Some(self.shown(position, at_gap).unwrap_or(Vec3::ZERO));
         Some(RealHit { t, position, normal, facet: normal, surface: 0, radiance })
+    }
+
+    fn blocks(&self, ray: &Ray) -> bool {
+        self.nearest(ray).is_some()
     }
 
     fn infinity(&self, _direction: Vec3) -> Vec3 {
@@ -87,7 +95,7 @@ impl RealWorld for CameraWorld {
     }
 
     fn reach(&self, ray: &Ray, _sample: &LightSample) -> Option<Option<RealHit>> {
-        self.hit(ray).is_none().then_some(None)
+        (!self.blocks(ray)).then_some(None)
     }
 
     fn environment(&self) -> Environment<'_> {

@@ -48,6 +48,10 @@ impl RealWorld for LayeredWorld {
         nearest
     }
 
+    fn blocks(&self, ray: &Ray) -> bool {
+        self.layers.iter().any(|layer| layer.blocks(ray))
+    }
+
     fn shown_surface(&self, hit: RealHit, direction: Vec3, u: f32) -> RealHit {
         let (layer, own) = self.layer_of(&hit);
         let shown = layer.shown_surface(own, direction, u);
@@ -87,7 +91,7 @@ impl RealWorld for LayeredWorld {
     fn reach(&self, ray: &Ray, sample: &LightSample) -> Option<Option<RealHit>> {
         let behind = self.base().reach(ray, sample)?;
         let end = ray.up_to(behind.as_ref().map_or(ray.t_max, |hit| hit.t));
-        self.layers[1..].iter().all(|layer| layer.hit(&end).is_none()).then_some(behind)
+        (!self.layers[1..].iter().any(|layer| layer.blocks(&end))).then_some(behind)
     }
 
     fn environment(&self) -> Environment<'_> {

@@ -83,6 +83,16 @@ pub trait RealWorld: std::fmt::Debug + Sync {
     /// The nearest real surface on the ray.
     fn hit(&self, ray: &Ray) -> Option<RealHit>;
 
+    /// The same, of which only the surface is needed: [`RealHit::radiance`] may be left out.
+    fn surface(&self, ray: &Ray) -> Option<RealHit> {
+        self.hit(ray)
+    }
+
+    /// Whether any real surface lies on the ray: [`Self::hit`] finds one.
+    fn blocks(&self, ray: &Ray) -> bool {
+        self.hit(ray).is_some()
+    }
+
     /// The surface whose change the picture shows at a hit of a camera ray along `direction`: where a picture blends two
     /// surfaces at an edge, one of them, in proportion to its share of the blend (`u` in [0, 1) decides).
     fn shown_surface(&self, hit: RealHit, direction: Vec3, u: f32) -> RealHit {

@@ -147,6 +147,11 @@ impl RealWorld for ProxyWorld {
     }
 
     #[inline]
+    fn blocks(&self, ray: &Ray) -> bool {
+        self.rectangles.iter().any(|r| r.intersect(ray).is_some()) || self.tlas.occluded(ray)
+    }
+
+    #[inline]
     fn infinity(&self, direction: Vec3) -> Vec3 {
         self.environment().look(direction)
     }
@@ -184,8 +189,7 @@ impl RealWorld for ProxyWorld {
 
     #[inline]
     fn reach(&self, ray: &Ray, _sample: &LightSample) -> Option<Option<RealHit>> {
-        let blocked = self.rectangles.iter().any(|r| r.intersect(ray).is_some()) || self.tlas.occluded(ray);
-        (!blocked).then_some(None)
+        (!self.blocks(ray)).then_some(None)
     }
 
     #[inline]

@@ -95,3 +95,37 @@ fn of_layers_the_nearest_counts_and_the_first_tells_infinity() {
     assert_eq!(world.light_pdf(EYE, Vec3::NEG_Y, Some(&on_floor)), 0.0);
     assert!(world.leave(&on_floor).y > 5e-3, "layers that show the same do not shade one another");
 }
+
+/// What blocks a ray is what it hits, in every kind of world.
+#[test]
+fn what_is_hit_blocks() {
+    let sky = Arc::new(RadianceImage::filled(64, 32, Vec3::ONE));
+    let shelf = Proxy {
+        shape: ProxyShape::Plane(Vec2::splat(6.0)),
+        world_from_local: Affine3A::from_translation(Vec3::new(0.9, 0.5, 0.2)),
+        reflectance: Reflectance::Known(Vec3::splat(0.4)),
+    };
+    let ghosts = ProxyWorld::new(sky.clone(), Quat::IDENTITY, EYE, &[shelf]);
+    let depth = Image::from_fn(64, 32, |x, y| if (x / 8 + y / 8) % 3 == 0 { f32::INFINITY } else { 1.0 + (x % 7) as f32 * 0.2 });
+    let options = CapturedOptions { irradiance_width: 0, ..CapturedOptions::default() };
+    let silent = pano_core::progress::Silent;
+    let captured = CapturedWorld::new(sky, &depth, Quat::from_rotation_y(0.5), EYE, &[], &options, &silent).unwrap();
+    let seen = floor_camera();
+    let layers: [Arc<dyn RealWorld + Send>; 2] = [Arc::new(ghosts.clone()), Arc::new(seen.clone())];
+    let layered = LayeredWorld::new(Arc::new(captured.clone()), layers, EYE);
+    let worlds: [&dyn RealWorld; 4] = [&ghosts, &captured, &seen, &layered];
+    let (mut hits, mut misses) = ([0; 4], [0; 4]);
+    for i in 0..2000u32 {
+        let u = |k: u32| (pano_core::random::hash(i * 8 + k) >> 8) as f32 / 8_388_608.0 - 1.0;
+        let Some(direction) = Vec3::new(u(0), u(1), u(2)).try_normalize() else { continue };
+        let origin = if i % 5 == 0 { EYE } else { EYE + Vec3::new(u(3), u(4), u(5)) };
+        let ray = Ray::new(origin, direction).up_to(if i % 3 == 0 { f32::INFINITY } else { 2.0 + u(6) });
+        for (k, world) in worlds.iter().enumerate() {
+            let (hit, surface) = (world.hit(&ray), world.surface(&ray));
+            assert_eq!(world.blocks(&ray), hit.is_some(), "world {k}, {ray:?}");
+            assert_eq!(surface.map(|s| (s.t, s.normal)), hit.map(|h| (h.t, h.normal)), "world {k}, {ray:?}");
+            *(if hit.is_some() { &mut hits[k] } else { &mut misses[k] }) += 1;
+        }
+    }
+    assert!(hits.iter().chain(&misses).all(|n| *n > 20), "{hits:?} {misses:?}");
+}

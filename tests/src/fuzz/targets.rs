@@ -79,7 +79,7 @@ fn read_picture(bytes: &[u8]) -> Result<usize> {
 /// Memory of a mesh.
 fn size(mesh: &Mesh) -> usize {
     let textures = |material: &Material| -> usize {
-        let pixels = |t: &Option<Texture>| t.as_ref().map_or(0, |t| 16 * t.image.data().len());
+        let pixels = |t: &Option<Texture>| t.as_ref().map_or(0, |t| 16 * t.image().data().len());
         let Material { base_color_texture, metallic_roughness_texture, emissive_texture, normal_texture, .. } = material;
         [base_color_texture, metallic_roughness_texture, emissive_texture, normal_texture].into_iter().map(pixels).sum()
     };

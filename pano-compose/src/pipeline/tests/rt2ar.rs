@@ -264,3 +264,28 @@ fn without_the_feature_markers_are_refused() {
     let scene = scene(&place, &format!("[panorama]\ncolor = 'room.exr'\n{ON_MARKER}"));
     fails(&scene, &RenderOptions::default(), &["cannot look for markers", "--features markers"]);
 }
+
+/// A mesh file named a hundred times is read once and has one hierarchy, which all its instances point to.
+#[test]
+fn instances_of_a_mesh_share_its_hierarchy() {
+    let place = Place::new();
+    place.exr("sky.exr", &smooth_picture());
+    std::fs::copy(place.path("thing.ply"), place.path("other.ply")).unwrap();
+    let object = |i: usize| {
+        let file = if i < 100 { "thing.ply" } else { "other.ply" };
+        format!("[[object]]\nmesh = '{file}'\nposition = [{}, 0, {}]\nscale = {}\n", i % 10, i / 10, 0.1 + 0.01 * i as f32)
+    };
+    let scene = place.scene("color = 'sky.exr'\ncamera_height = 1.5", &(0..101).map(object).collect::<String>());
+    let inputs = Loader::default().load(&scene, 0).unwrap();
+    let objects = prepare_objects(&scene, &inputs, 0);
+    let mut hierarchies: Vec<_> = inputs.meshes.iter().map(|mesh| std::sync::Arc::as_ptr(mesh.blas())).collect();
+    assert_eq!(hierarchies.len(), 101);
+    hierarchies.sort_unstable();
+    hierarchies.dedup();
+    assert_eq!(hierarchies.len(), 2, "one hierarchy a file");
+    // The mesh's own and one reference an instance: none of them is a copy.
+    assert_eq!(std::sync::Arc::strong_count(inputs.meshes[0].blas()), 101);
+    assert_eq!(objects.balls().len(), 101);
+    // Sizes differ all the same.
+    assert!(objects.balls()[99].radius > 5.0 * objects.balls()[0].radius);
+}

@@ -68,13 +68,14 @@ fn every_direction_ends_on_the_front_of_something_not_too_near() {
 
 #[test]
 fn colours_are_those_of_real_surfaces() {
-    let texture_range =
-        |t: &Texture| t.image.data().iter().fold((1.0f32, 0.0f32), |(l, h), p| (l.min(p.min_element()), h.max(p.max_element())));
+    let texture_range = |t: &Texture| {
+        t.image().data().iter().fold((1.0f32, 0.0f32), |(l, h), p| (l.min(p.min_element()), h.max(p.max_element())))
+    };
     for (i, m) in ROOM.mesh.materials.iter().enumerate() {
         assert!(m.base_color.min_element() >= 0.0 && m.base_color.max_element() <= 1.0, "{i}");
         match &m.base_color_texture {
             Some(t) => {
-                assert!(t.image.data().iter().all(|p| p.truncate().max_element() <= 0.85), "{i}");
+                assert!(t.image().data().iter().all(|p| p.truncate().max_element() <= 0.85), "{i}");
                 let (low, high) = texture_range(t);
                 assert!(low >= 0.0 && high <= 1.0, "{i}: {low} {high}");
             }
@@ -161,7 +162,8 @@ fn the_view_shows_every_object_unhidden() {
 fn the_room_is_the_same_every_time() {
     let again = Room::new();
     assert_eq!((&again.mesh.positions, &again.mesh.triangles), (&ROOM.mesh.positions, &ROOM.mesh.triangles));
-    let textures =
-        |r: &Room| r.mesh.materials.iter().filter_map(|m| m.base_color_texture.clone()).map(|t| t.image).collect::<Vec<_>>();
+    let textures = |r: &Room| {
+        r.mesh.materials.iter().filter_map(|m| m.base_color_texture.clone()).map(|t| t.image().clone()).collect::<Vec<_>>()
+    };
     assert_eq!(textures(&again), textures(&ROOM));
 }

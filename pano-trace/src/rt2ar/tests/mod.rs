@@ -3,6 +3,7 @@
 mod cost;
 mod optics;
 mod shadows;
+mod textures;
 
 use super::*;
 use crate::objects::{Objects, Placement, PreparedMesh};

@@ -1,20 +1,18 @@
 //! Reflection and refraction against the laws they follow.
 
-use super::super::frame::MAX_LIGHTS;
 use super::super::lights::Pattern;
 use super::super::media::{Media, refracted};
-use super::super::shade::{Path, Shader, Trail};
-use super::super::shadow::Verdicts;
+use super::super::shade::Shader;
+use super::super::trail::{Path, Trail};
 use super::*;
 use crate::bsdf::dielectric;
 use crate::bvh::Ray;
 use crate::objects::{Absorption, Body};
 use crate::test_scenes::{SKY, ball, lamp, under};
-use crate::tracer::{TraceParams, Tracer, Walk};
+use crate::tracer::{TraceParams, Tracer};
 use crate::world::{Environment, LightSample, ProxyWorld, RealHit};
-use glam::{DVec3, Quat, UVec2, Vec2};
+use glam::{DVec3, Quat, Vec2};
 use pano_core::builtin::primitives;
-use pano_core::random::Sampler;
 use proptest::prelude::*;
 
 /// A picture of directions: every colour is one.
@@ -39,14 +37,8 @@ fn along<W: RealWorld>(objects: &Objects, world: &W, ray: Ray, depth: u32) -> Ve
     let tracer = Tracer { objects, world, params: &trace };
     let (pattern, response) = (Pattern::new(20, 5), Pattern::new(12, 5));
     let shader = Shader { tracer, lighting: &lighting, lights: &[], pattern, response, params: &params };
-    let mut trail = Trail {
-        walk: Walk { sampler: Sampler::new(UVec2::ZERO, 0, Stream::default()), rays: 0 },
-        shadow_rays: 0,
-        thorough: false,
-        verdicts: Verdicts::default(),
-        reached: [0.0; MAX_LIGHTS],
-    };
-    let met = shader.meet(&ray, Media::default(), true, &mut trail);
+    let mut trail = Trail::new(false);
+    let met = shader.meet(&ray, Media::default(), true, RealWorld::hit, &mut trail);
     let crate::tracer::First::Object(hit) = met.first else { panic!("{ray:?} misses") };
     shader.object(&ray, &hit, Path { media: met.media, ..Path::primary() }, &mut trail)
 }

@@ -106,8 +106,20 @@ impl CapturedWorld {
         self.world_from_pano.inverse() * (position - self.capture)
     }
 
+    /// The ray's origin and direction in the panorama's frame.
+    fn ray_to_pano(&self, ray: &Ray) -> (Vec3, Vec3) {
+        (self.to_pano(ray.origin), self.world_from_pano.inverse() * ray.direction)
+    }
+
     /// The surface that the panorama itself shows along `direction` (panorama frame).
     fn look(&self, direction: Vec3) -> Option<RealHit> {
+        let radiance =
+            |hit| RealHit { radiance: Some(sphere::bilinear(&self.radiance, sphere::uv_from_direction(direction))), ..hit };
+        self.look_at_surface(direction).map(radiance)
+    }
+
+    /// The same without what it shows.
+    fn look_at_surface(&self, direction: Vec3) -> Option<RealHit> {
         let (inverse, plane) = self.field.look(direction);
         if inverse <= 0.0 {
             return None;
@@ -121,15 +133,14 @@ impl CapturedWorld {
             // The panorama's own view samples no light.
             facet: normal,
             surface: SEEN,
-            radiance: Some(sphere::bilinear(&self.radiance, sphere::uv_from_direction(direction))),
+            radiance: None,
         })
     }
 
     /// The nearest surface on the ray as it lights others: its normal is the facet's, and a back face shows the radiance of the
     /// front it is made of. With how the depth field was met; `None`: by the panorama's own view.
     fn nearest(&self, ray: &Ray) -> Option<(RealHit, Option<FieldHit>)> {
-        let inverse_turn = self.world_from_pano.inverse();
-        let (origin, direction) = (inverse_turn * (ray.origin - self.capture), inverse_turn * ray.direction);
+        let (origin, direction) = self.ray_to_pano(ray);
         if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
             return self.look(direction).filter(|h| h.t < ray.t_max).map(|h| (h, None));
         }
@@ -169,6 +180,23 @@ impl RealWorld for CapturedWorld {
             Some(HiddenSide::BackFace(q)) => RealHit { radiance: Some(self.relit(&hit, q)), ..hit },
             Some(HiddenSide::BackLayer(_)) => hit,
         })
+    }
+
+    #[inline]
+    fn surface(&self, ray: &Ray) -> Option<RealHit> {
+        let (origin, direction) = self.ray_to_pano(ray);
+        if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
+            return self.look_at_surface(direction).filter(|hit| hit.t < ray.t_max);
+        }
+        self.hit(ray)
+    }
+
+    fn blocks(&self, ray: &Ray) -> bool {
+        let (origin, direction) = self.ray_to_pano(ray);
+        if origin.length_squared() < AT_CAPTURE * AT_CAPTURE {
+            return self.surface(ray).is_some();
+        }
+        self.field.march(origin, direction, ray.t_max).hit().is_some()
     }
 
     fn shown_surface(&self, hit: RealHit, direction: Vec3, mut u: f32) -> RealHit {
