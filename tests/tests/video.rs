@@ -1,6 +1,6 @@
 //! Frames of one sample each, as iprt makes them for video: how far filters and history bring them.
 
-use glam::{Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use pano_compose::pipeline::{RenderOptions, Rendered, Sequence, render};
 use pano_core::builtin::primitives;
 use pano_core::color::linear_to_srgb;
@@ -60,6 +60,11 @@ impl Place {
 
 const VIEW: &str = "kind = 'perspective'\nyaw = 12\npitch = -30\nvfov = 20\nsize = [128, 96]";
 
+/// Beside the box, on the floor.
+const STILL: &str = "position = [0.55, -1.1, -1.7]";
+/// Samples of what the others are compared with.
+const TRUTH: u32 = 512;
+
 fn rolled<T: Copy>(image: &Image<T>, columns: usize) -> Image<T> {
     let (w, h) = image.size();
     Image::from_fn(w, h, |x, y| image.get((x + w - columns % w) % w, y))
@@ -81,28 +86,80 @@ fn rmse(a: &RadianceImage, b: &RadianceImage) -> f64 {
     (squares.sum::<f64>() / a.data().len() as f64).sqrt()
 }
 
+/// What a frame of one sample without filters and history is off by, over what the 30th with both is, and how much two such
+/// frames differ on the average: of 1 on a display.
 #[test]
-fn explore() {
+fn thirty_still_frames_are_eight_times_as_right_as_one_sample() {
     let place = Place::new(0);
-    let still = "position = [0.55, -1.1, -1.7]";
-    let t0 = std::time::Instant::now();
-    let truth = unfiltered(&place.scene(still, VIEW, 512), 1).composite.color;
-    eprintln!("truth {:?}", t0.elapsed());
-    let raw = unfiltered(&place.scene(still, VIEW, 1), 2).composite.color;
-    let scene = place.scene(still, VIEW, 1);
-    let options = options();
+    let truth = unfiltered(&place.scene(STILL, VIEW, TRUTH), 1).composite.color;
+    let raw = unfiltered(&place.scene(STILL, VIEW, 1), 2).composite.color;
+    let (scene, options) = (place.scene(STILL, VIEW, 1), options());
     let mut sequence = Sequence::new(&scene, &options);
-    let mut last: Option<RadianceImage> = None;
-    for frame in 0..36 {
-        let now = sequence.render(frame, &Silent).unwrap().composite.color;
-        let flicker = last.as_ref().map_or(0.0, |last| {
-            let e = |v: Vec3| Vec3::new(linear_to_srgb(v.x), linear_to_srgb(v.y), linear_to_srgb(v.z));
-            last.data().iter().zip(now.data()).map(|(a, b)| f64::from((e(*a) - e(*b)).abs().element_sum() / 3.0)).sum::<f64>() / now.data().len() as f64
-        });
-        eprintln!("{frame}: {} of {}; flicker {}", rmse(&raw, &truth) / rmse(&now, &truth), rmse(&raw, &truth), flicker * 255.0);
-        last = Some(now);
+    let mut frame = |k| sequence.render(k, &Silent).unwrap().composite.color;
+    let mut last = (0..30).map(&mut frame).last().unwrap();
+    let gain = rmse(&raw, &truth) / rmse(&last, &truth);
+    assert!(gain >= 8.0, "{gain}");
+    let display = |v: &Vec3| v.to_array().map(linear_to_srgb);
+    let mut flicker = 0.0;
+    for k in 30..34 {
+        let next = frame(k);
+        let pairs = last.data().iter().zip(next.data()).flat_map(|(a, b)| display(a).into_iter().zip(display(b)));
+        flicker += pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / (3 * next.data().len()) as f64 / 4.0;
+        last = next;
     }
-    for (n, p) in [("truth", &truth), ("raw", &raw), ("last", last.as_ref().unwrap())] {
-        io::write_image(std::path::Path::new(&format!("/tmp/lead/vid/v_{n}.exr")), p, None).unwrap();
+    assert!(flicker < 1.0 / 255.0, "{} of 255", 255.0 * flicker);
+}
+
+/// A ball that rolls by leaves no ghost: where it and its shadow were some frames ago, the picture is what it is without it.
+#[test]
+fn a_rolling_ball_leaves_no_trail() {
+    let place = Place::new(0);
+    // Across the view within a second, a diameter in 18 frames.
+    let at = |x: f32| format!("position = [{x}, -1.1, -1.7]");
+    let x = |frame: u32| -0.2 + frame as f32 / 30.0;
+    let keyframes = format!("keyframes = [{{ time = 0, {} }}, {{ time = 2, {} }}]", at(x(0)), at(x(60)));
+    let (now, before) = (30, 18);
+    let truth = unfiltered(&place.scene(&at(x(now)), VIEW, TRUTH), 1).composite;
+    let past = unfiltered(&place.scene(&at(x(before)), VIEW, TRUTH), 3).composite;
+    let raw = unfiltered(&place.scene(&at(x(now)), VIEW, 1), 2).composite.color;
+    let (scene, options) = (place.scene(&keyframes, VIEW, 1), options());
+    let mut sequence = Sequence::new(&scene, &options);
+    let last = (0..=now).map(|k| sequence.render(k, &Silent).unwrap().composite.color).last().unwrap();
+    let gain = rmse(&raw, &truth.color) / rmse(&last, &truth.color);
+    // What was there, as a share of which is still there.
+    let (mut trail, mut was) = (0.0, 0.0);
+    for (i, (&truth, &past)) in truth.color.data().iter().zip(past.color.data()).enumerate() {
+        let change = (past - truth).as_dvec3();
+        if change.length() > 0.1 * f64::from(truth.length()) {
+            trail += (last.data()[i] - truth).as_dvec3().dot(change);
+            was += change.length_squared();
+        }
     }
+    assert!(gain >= 8.0, "{gain}");
+    assert!((trail / was).abs() < 0.1, "{}", trail / was);
+}
+
+/// A view of the whole panorama has no first column.
+#[test]
+fn a_rolled_panorama_gives_a_rolled_picture() {
+    let view = "kind = 'panorama'\nsize = [128, 64]";
+    let turned = |columns: usize, seed: u32| {
+        let angle = std::f32::consts::TAU * columns as f32 / WIDTH as f32;
+        // To the right, as seen from above.
+        let at = Quat::from_rotation_y(-angle) * Vec3::new(0.0, -1.1, 1.6);
+        let place = Place::new(columns);
+        let scene = place.scene(&format!("position = [{}, {}, {}]", at.x, at.y, at.z), view, 8);
+        let options = RenderOptions { seed, ..options() };
+        let mut sequence = Sequence::new(&scene, &options);
+        (0..6).map(|k| sequence.render(k, &Silent).unwrap().composite.color).last().unwrap()
+    };
+    // The ball on the seam, and in the middle; the latter with other random numbers tells what is noise.
+    let (seam, middle, other) = (turned(0, 0), turned(WIDTH / 2, 0), turned(WIDTH / 2, 1));
+    let back = rolled(&middle, 64);
+    let noise = rmse(&middle, &other);
+    assert!(rmse(&seam, &back) < 1.3 * noise, "{} {noise}", rmse(&seam, &back));
+    let columns = |image: &RadianceImage| Image::from_fn(6, 64, |x, y| image.get((x + 125) % 128, y));
+    let noise = rmse(&columns(&back), &columns(&rolled(&other, 64)));
+    let error = rmse(&columns(&seam), &columns(&back));
+    assert!(error < 1.3 * noise, "{error} {noise}");
 }
