@@ -72,6 +72,10 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map near objects (512)" },
     Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (8)" },
     Setting {
+        key: "hidden_samples",
+        help: "0–64: pairs of rays for the light on sides not seen; 0: it has the colour of its front (1; iprt: 4)",
+    },
+    Setting {
         key: "gpu_from",
         help: "a stage, as --stats names it: the stages before it run on the CPU, whatever the backend (none)",
     },
@@ -115,6 +119,8 @@ pub struct Settings {
     pub lens: lens::Params,
     /// How a captured field is prepared.
     pub captured: CapturedOptions,
+    /// `hidden_samples`, of those options; `None`: as many as suit the method.
+    pub hidden_samples: Option<u32>,
     /// `gpu_from`, `gpu_until`, `gpu_binding`, `gpu_lose_after`.
     pub gpu: GpuSettings,
 }
@@ -138,6 +144,7 @@ impl Default for Settings {
             anisotropy: 16,
             lens: lens::Params::default(),
             captured: CapturedOptions::default(),
+            hidden_samples: None,
             gpu: GpuSettings::default(),
         }
     }
@@ -213,6 +220,7 @@ impl Settings {
             "back_faces" => self.captured.field.back_faces = value.parse().map_err(|_| bad())?,
             "irradiance_width" => self.captured.irradiance_width = count(8, 4096)? as usize,
             "irradiance_samples" => self.captured.irradiance_samples = count(1, 65536)?,
+            "hidden_samples" => self.hidden_samples = Some(count(0, 64)?),
             "gpu_from" => self.gpu.from = Some(stage()?),
             "gpu_until" => self.gpu.until = Some(stage()?),
             "gpu_binding" => self.gpu.max_binding = Some(u64::from(count(1, 128)?) << 20),

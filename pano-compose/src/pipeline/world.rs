@@ -117,6 +117,9 @@ pub fn build_world(
             warnings.push("the panorama has depth: proxies are not used".into());
         }
         let mut options = settings.captured;
+        // iprt has the fewest rays, and mirrors show each of them.
+        options.hidden_samples =
+            settings.hidden_samples.unwrap_or(if method == Method::Iprt { 4 } else { options.hidden_samples });
         let mut bounds = objects.clusters();
         match method {
             // Nothing real changes, or the method has irradiance of its own: no reflectance is asked for.

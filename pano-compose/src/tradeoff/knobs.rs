@@ -143,6 +143,15 @@ pub const KNOBS: &[Knob] = &[
         scope: Scope::Captured,
     },
     Knob {
+        name: "hidden_samples",
+        unit: "pairs of rays",
+        range: "0 to 64",
+        default: "1; iprt: 4",
+        error: "noise in mirrors, or the wrong light, on sides that the panorama has not seen",
+        values: &["0", "1", "4"],
+        scope: Scope::Captured,
+    },
+    Knob {
         name: "shadow",
         unit: "kind",
         range: "hard, soft, adaptive",

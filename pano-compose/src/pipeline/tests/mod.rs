@@ -175,6 +175,7 @@ fn settings_are_checked() {
         ("gap_relative", "0.02"),
         ("irradiance_width", "64"),
         ("irradiance_samples", "4"),
+        ("hidden_samples", "4"),
     ] {
         let before = settings;
         settings.set(key, value).unwrap_or_else(|e| panic!("{e}"));

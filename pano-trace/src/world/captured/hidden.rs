@@ -7,9 +7,6 @@ use glam::{UVec2, Vec3};
 use pano_core::random::{Sampler, Stream};
 use std::f32::consts::FRAC_1_PI;
 
-/// Pairs of rays by which the light on a hidden side is estimated: their noise is then below that of a mirror's other pixels.
-const PAIRS: u32 = 1;
-
 impl CapturedWorld {
     /// Radiance of an assumed back face at `hit`, made of what the panorama shows along `q`.
     ///
@@ -18,13 +15,15 @@ impl CapturedWorld {
     /// drawn from the place itself; back faces met by its own rays keep the colour of their fronts.
     pub(super) fn relit(&self, hit: &RealHit, q: Vec3) -> Vec3 {
         let shown = hit.radiance.unwrap_or(Vec3::ZERO);
-        let Some(front) = self.irradiance.as_ref().and_then(|_| self.look(q)) else { return shown };
+        let lit = self.hidden_samples > 0 && self.irradiance.is_some();
+        let Some(front) = lit.then(|| self.look(q)).flatten() else { return shown };
         let received = self.irradiance(&front);
         let reflectance = reflectance_from(shown, received, self.cap);
         let own = (shown - reflectance * received * FRAC_1_PI).max(Vec3::ZERO);
         let [x, y, z] = hit.position.to_array().map(f32::to_bits);
         let stream = Stream { frame: u32::MAX, seed: z };
-        let received = (0..PAIRS).map(|i| estimate(self, hit, &mut Sampler::new(UVec2::new(x, y), i, stream))).sum::<Vec3>();
-        own + reflectance * received * (FRAC_1_PI / PAIRS as f32)
+        let received =
+            (0..self.hidden_samples).map(|i| estimate(self, hit, &mut Sampler::new(UVec2::new(x, y), i, stream))).sum::<Vec3>();
+        own + reflectance * received * (FRAC_1_PI / self.hidden_samples as f32)
     }
 }

@@ -28,11 +28,20 @@ pub struct CapturedOptions {
     pub irradiance_width: usize,
     /// Pairs of rays per texel of that map. The noise of the irradiance falls with the root and is filtered afterwards.
     pub irradiance_samples: u32,
+    /// Pairs of rays by which the light on a side that the panorama has not seen is estimated, each time a ray meets one. One
+    /// is as good as more for diffuse surfaces, whose rays are many; mirrors show the noise. 0: it has the colour of its front.
+    pub hidden_samples: u32,
 }
 
 impl Default for CapturedOptions {
     fn default() -> Self {
-        Self { field: FieldOptions::default(), reflectance_cap: 0.9, irradiance_width: 512, irradiance_samples: 8 }
+        Self {
+            field: FieldOptions::default(),
+            reflectance_cap: 0.9,
+            irradiance_width: 512,
+            irradiance_samples: 8,
+            hidden_samples: 1,
+        }
     }
 }
 
@@ -60,6 +69,7 @@ pub struct CapturedWorld {
     infinity: Option<RadianceImage>,
     irradiance: Option<IrradianceMap>,
     cap: f32,
+    hidden_samples: u32,
 }
 
 impl CapturedWorld {
@@ -88,6 +98,7 @@ impl CapturedWorld {
             light,
             irradiance: None,
             cap: options.reflectance_cap,
+            hidden_samples: options.hidden_samples,
         };
         if options.irradiance_width > 0 {
             world.irradiance = Some(IrradianceMap::new(&world, objects, options, progress)?);

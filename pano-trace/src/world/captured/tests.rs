@@ -286,8 +286,9 @@ fn hidden_sides_are_lit_by_what_they_face() {
         d.z < 0.0 && at.x.abs() < 0.4 && at.y.abs() < 0.4
     };
     let distance = |d: Vec3| if board(d) { 1.0 / -d.z } else { box_room(d) };
-    let sides = |radiance: &dyn Fn(Vec3) -> Vec3| {
-        let world = world(512, distance, radiance, here(), &CapturedOptions { irradiance_samples: 64, ..coarse() });
+    let sides = |hidden_samples: u32, radiance: &dyn Fn(Vec3) -> Vec3| {
+        let options = CapturedOptions { irradiance_samples: 64, hidden_samples, ..coarse() };
+        let world = world(512, distance, radiance, here(), &options);
         [-1.0f32, 1.0].map(|side| {
             let mut random = StdRng::seed_from_u64(5);
             let (mut sum, mut count) = (0.0, 0);
@@ -305,10 +306,15 @@ fn hidden_sides_are_lit_by_what_they_face() {
             sum / count as f32
         })
     };
-    for side in sides(&|_| Vec3::ONE) {
+    for side in sides(1, &|_| Vec3::ONE) {
         assert!((side - 1.0).abs() < 0.02, "{side}");
     }
     // The board sends out .2, the wall at −x 4.
-    let [left, right] = sides(&|d| Vec3::splat(if !board(d) && (d * box_room(d)).x < LO.x + 1e-3 { 4.0 } else { 0.2 }));
+    let beside_a_bright_wall = |d: Vec3| Vec3::splat(if !board(d) && (d * box_room(d)).x < LO.x + 1e-3 { 4.0 } else { 0.2 });
+    let [left, right] = sides(1, &beside_a_bright_wall);
     assert!(left > 3.0 * right, "{left} {right}");
+    // Without asking for that light both have the colour of their front.
+    for side in sides(0, &beside_a_bright_wall) {
+        assert!((side - 0.2).abs() < 0.01, "{side}");
+    }
 }
