@@ -88,6 +88,7 @@ impl Level {
     }
 
     /// The packed blocks.
+    #[cfg(feature = "gpu")]
     pub(super) fn packed(&self) -> &[u32] {
         &self.packed
     }
@@ -130,6 +131,7 @@ impl Pyramid {
     }
 
     /// The levels, from the cells up.
+    #[cfg(feature = "gpu")]
     pub(super) fn levels(&self) -> &[Level] {
         &self.levels
     }
