@@ -64,7 +64,7 @@ fn bad_inputs_are_named() {
     bench.pano(&["compare", "good.png", "missing.png"]).fails_with(&["missing.png", "help:"]);
     bench.pano(&["compare", "good.png", "empty.png"]).fails_with(&["empty.png", "is empty", "help:"]);
     bench.pano(&["compare", "good.png", "text.png"]).fails_with(&["text.png", "not a picture", "help:"]);
-    bench.pano(&["compare", "good.png", "."]).fails_with(&["not a file", "help:"]);
+    bench.pano(&["compare", "good.png", "."]).fails_with(&["not a regular file", "help:"]);
     bench.pano(&["compare", "good.png", "other.png"]).fails_with(&["other.png", "16×16", "16×8", "equal size"]);
     for name in ["half.png", "half.exr", "half.jpg", "half.hdr"] {
         bench.pano(&["compare", name, name]).fails_with(&[name, "help:"]);

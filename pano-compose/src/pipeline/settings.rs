@@ -73,7 +73,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (8)" },
     Setting {
         key: "hidden_samples",
-        help: "0–64: pairs of rays for the light on sides not seen; 0: it has the colour of its front (1; iprt: 4)",
+        help: "0–64 | auto: pairs of rays for the light on sides not seen; 0: the colour of the front (auto: 4 with iprt, else 1)",
     },
     Setting {
         key: "gpu_from",
@@ -220,7 +220,7 @@ impl Settings {
             "back_faces" => self.captured.field.back_faces = value.parse().map_err(|_| bad())?,
             "irradiance_width" => self.captured.irradiance_width = count(8, 4096)? as usize,
             "irradiance_samples" => self.captured.irradiance_samples = count(1, 65536)?,
-            "hidden_samples" => self.hidden_samples = Some(count(0, 64)?),
+            "hidden_samples" => self.hidden_samples = if value == "auto" { None } else { Some(count(0, 64)?) },
             "gpu_from" => self.gpu.from = Some(stage()?),
             "gpu_until" => self.gpu.until = Some(stage()?),
             "gpu_binding" => self.gpu.max_binding = Some(u64::from(count(1, 128)?) << 20),

@@ -145,11 +145,20 @@ pub const KNOBS: &[Knob] = &[
     Knob {
         name: "hidden_samples",
         unit: "pairs of rays",
-        range: "0 to 64",
-        default: "1; iprt: 4",
+        range: "0 to 64, or auto: 4 with iprt, else 1",
+        default: "auto",
         error: "noise in mirrors, or the wrong light, on sides that the panorama has not seen",
-        values: &["0", "1", "4"],
+        values: &["0", "auto", "16"],
         scope: Scope::Captured,
+    },
+    Knob {
+        name: "anisotropy",
+        unit: "lookups of a texture",
+        range: "0 to 64; 0: one unfiltered lookup",
+        default: "16",
+        error: "moiré, or blurred textures at grazing angles",
+        values: &["0", "1", "4", "16"],
+        scope: Scope::Rt2ar,
     },
     Knob {
         name: "shadow",
