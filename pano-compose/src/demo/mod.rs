@@ -64,7 +64,7 @@ pub struct DemoParams {
 impl DemoParams {
     /// Under two minutes on two cores.
     pub const fn full() -> Self {
-        Self { panorama_width: 1024, panorama_samples: 16, view: (400, 300), samples: 16, truth_samples: 48, bounces: 5, seed: 0 }
+        Self { panorama_width: 1024, panorama_samples: 16, view: (400, 300), samples: 16, truth_samples: 32, bounces: 5, seed: 0 }
     }
 
     /// Some twenty seconds on two cores: coarser and noisier.
