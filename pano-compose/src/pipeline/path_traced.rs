@@ -101,8 +101,9 @@ pub(super) fn trace(
 
 /// The setting, relative to the mean luminance of what lights the frame, as radiance.
 fn error_target(frame: &Frame<'_>, lighting: &RadianceImage) -> Option<f32> {
+    let target = frame.options.settings.error_target?;
     let sum: f64 = lighting.data().iter().map(|p| f64::from(luminance(*p))).sum();
-    frame.options.settings.error_target.map(|target| target * (sum / lighting.data().len() as f64) as f32)
+    Some(target * (sum / lighting.data().len() as f64) as f32)
 }
 
 /// The scene's, unless several are forced off or on.

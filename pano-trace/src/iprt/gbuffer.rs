@@ -87,7 +87,7 @@ impl GBuffer {
             let hits = (0..16).filter(|k| {
                 let at = corner + (Vec2::new((k % 4) as f32, (k / 4) as f32) + 0.5) / 4.0;
                 let ray = Ray::new(frame.camera.position, frame.camera.direction(at));
-                frame.objects.intersect(&ray).is_some_and(|hit| world.hit(&ray.up_to(hit.hit.t)).is_none())
+                frame.objects.intersect(&ray).is_some_and(|hit| !world.blocks(&ray.up_to(hit.hit.t)))
             });
             hits.count() as f32 / 16.0
         })

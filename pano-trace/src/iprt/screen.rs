@@ -27,7 +27,7 @@ impl ScreenObjects {
         let seen = Image::par_from_fn(camera.width, camera.height, |x, y| {
             let ray = Ray::new(camera.position, camera.direction(Vec2::new(x as f32 + 0.5, y as f32 + 0.5)));
             match frame.objects.intersect(&ray) {
-                Some(hit) if world.hit(&ray.up_to(hit.hit.t)).is_none() => (hit.instance, hit.hit.t),
+                Some(hit) if !world.blocks(&ray.up_to(hit.hit.t)) => (hit.instance, hit.hit.t),
                 _ => (NONE, 0.0),
             }
         });

@@ -206,7 +206,7 @@ impl<W: RealWorld> Pass<'_, W> {
         let center = Ray::new(self.frame.camera.position, self.frame.camera.direction(at.as_vec2() + 0.5));
         // Where objects take little of the light, fewer samples leave as little noise in the picture; a quarter of them at least
         // measure the irradiance, which is a layer of its own.
-        let thinning = self.world.hit(&center).map_or(1, |hit| self.tracer.thinning(&hit).min(4));
+        let thinning = self.world.surface(&center).map_or(1, |hit| self.tracer.thinning(&hit).min(4));
         let mut pixel = RealPixel { samples: self.params.samples.div_ceil(thinning), ..RealPixel::default() };
         for index in 0..pixel.samples {
             let (mut walk, ray, pick, first) = self.aim(at, index, pixel.samples, |first| matches!(first, First::Real(_)));
@@ -326,11 +326,10 @@ impl<W: RealWorld> Pass<'_, W> {
         let ray = self.world.mirror_ray(hit, direction);
         let object = self.meet_object(&ray, walk)?;
         let behind = self.world.original().hit(&ray);
-        let before = match &behind {
-            None => self.world.infinity(ray.direction),
-            Some(real) if real.t < object.hit.t => return None,
-            Some(real) => real.radiance.unwrap_or(Vec3::ZERO),
-        };
+        if behind.is_some_and(|real| real.t < object.hit.t) {
+            return None;
+        }
+        let before = self.world.arriving(ray.direction, behind.as_ref());
         let after = self.sent_back(ray, object, self.params.bounces.saturating_sub(1), walk);
         (before.is_finite() && after.is_finite()).then_some((before, after))
     }

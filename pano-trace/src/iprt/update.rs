@@ -68,7 +68,7 @@ impl<'a, W: RealWorld> UpdatedWorld<'a, W> {
     /// What the world without objects shows there.
     pub(super) fn mirrored(&self, hit: &RealHit, direction: Vec3) -> Vec3 {
         let ray = self.mirror_ray(hit, direction);
-        self.world.hit(&ray).map_or_else(|| self.world.infinity(ray.direction), |real| real.radiance.unwrap_or(Vec3::ZERO))
+        self.world.arriving(ray.direction, self.world.hit(&ray).as_ref())
     }
 
     fn updated(&self, hit: RealHit, direction: Vec3) -> RealHit {
@@ -79,6 +79,14 @@ impl<'a, W: RealWorld> UpdatedWorld<'a, W> {
 impl<W: RealWorld> RealWorld for UpdatedWorld<'_, W> {
     fn hit(&self, ray: &Ray) -> Option<RealHit> {
         self.world.hit(ray).map(|hit| self.updated(hit, ray.direction))
+    }
+
+    fn surface(&self, ray: &Ray) -> Option<RealHit> {
+        self.world.surface(ray)
+    }
+
+    fn blocks(&self, ray: &Ray) -> bool {
+        self.world.blocks(ray)
     }
 
     fn shown_surface(&self, hit: RealHit, direction: Vec3, u: f32) -> RealHit {

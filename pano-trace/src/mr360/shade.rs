@@ -104,7 +104,7 @@ impl<W: RealWorld> Shader<'_, W> {
         walk.rays += 1;
         let object = self.tracer.objects.intersect(ray)?;
         walk.rays += 1;
-        self.tracer.world.hit(&ray.up_to(object.hit.t)).is_none().then_some(object)
+        (!self.tracer.world.blocks(&ray.up_to(object.hit.t))).then_some(object)
     }
 
     /// Mean radiance in the lobe about the mirrored direction. A ray of the lobe looks for objects and real surfaces there.

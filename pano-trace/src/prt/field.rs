@@ -146,13 +146,13 @@ impl DepthField {
 }
 
 fn sample_face(depth: &Image<f32>, face: usize, n: usize) -> Vec<f32> {
-    let [forward, right, down] = AXES[face];
+    let axes = face_axes(face);
     let usable = |z: f32| if z.is_finite() && z > 0.0 { 1.0 / z } else { 0.0 };
     let mut inverse = vec![0.0; (n + 1) * (n + 1)];
     inverse.par_chunks_mut(n + 1).enumerate().for_each(|(j, row)| {
         for (i, value) in row.iter_mut().enumerate() {
             let at = Vec2::new(i as f32, j as f32) * (2.0 / n as f32) - 1.0;
-            let ray = forward + right * at.x + down * at.y;
+            let ray = axes * at.extend(1.0);
             let uv = sphere::uv_from_direction(ray);
             let taps = sphere::bilinear_taps(depth.width(), depth.height(), uv).map(|t| (usable(depth.get(t.x, t.y)), t.weight));
             let (lo, hi) = taps.iter().fold((f32::MAX, 0f32), |(lo, hi), t| (lo.min(t.0), hi.max(t.0)));

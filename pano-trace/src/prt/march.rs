@@ -2,7 +2,7 @@
 
 use super::answer::{Answer, FieldHit};
 use super::back_face::Entry;
-use super::field::{AXES, DepthField, Face};
+use super::field::{DepthField, Face, face_axes};
 use glam::{Vec2, Vec3};
 
 /// Points nearer to the capture point than this have no direction worth the name; metres.
@@ -114,9 +114,8 @@ impl DepthField {
 
     /// The part of the ray that the face sees.
     fn clip(&self, face: usize, origin: Vec3, direction: Vec3, t_max: f32) -> Option<Stretch> {
-        let [forward, right, down] = AXES[face];
-        let o = Vec3::new(origin.dot(right), origin.dot(down), origin.dot(forward));
-        let d = Vec3::new(direction.dot(right), direction.dot(down), direction.dot(forward));
+        let axes = face_axes(face);
+        let (o, d) = (axes.transpose_mul_vec3(origin), axes.transpose_mul_vec3(direction));
         // In front of everything the face shows there is nothing to cross; without that part the inverse depth of a ray that
         // passes close by the capture point keeps its precision.
         let nearest = self.faces[face].nearest();
@@ -319,8 +318,8 @@ impl DepthField {
         (corner, other): ((usize, usize), (usize, usize)),
         progress: &mut Progress,
     ) {
-        let [forward, right, down] = AXES[ray.face];
-        let on_cube = |p: Vec3| right * p.x + down * p.y + forward * p.z;
+        let axes = face_axes(ray.face);
+        let on_cube = |p: Vec3| axes * p;
         let to_face = |cells: Vec2| cells * (2.0 / self.n as f32) - 1.0;
         let middle = ray.from + ray.along * s;
         // Samples right at a gap are those of the nearest texel: a few cells off, the layers' planes are better, if the layers

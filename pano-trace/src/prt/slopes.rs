@@ -74,9 +74,8 @@ impl Face {
         let (front, behind) = (IVec2::new(front.0 as i32, front.1 as i32), IVec2::new(behind.0 as i32, behind.1 as i32));
         let (near, far) = (at(front.x, front.y), at(behind.x, behind.y));
         let inside = |p: IVec2| p.cmpge(IVec2::ZERO).all() && p.cmple(IVec2::splat(n as i32)).all();
-        let offsets = || -RIM_REACH..=RIM_REACH;
         let mut toward = Vec2::ZERO;
-        for off in offsets().flat_map(|y| offsets().map(move |x| IVec2::new(x, y))) {
+        for off in (-RIM_REACH..=RIM_REACH).flat_map(|y| (-RIM_REACH..=RIM_REACH).map(move |x| IVec2::new(x, y))) {
             let p = front + off;
             // A disc about the middle, without what the border of the face takes from the other side of it.
             let from_middle = (p * 2 - front - behind).as_vec2() * 0.5;

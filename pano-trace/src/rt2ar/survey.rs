@@ -57,7 +57,6 @@ pub(super) struct Survey<T> {
     /// What was known before, or the first answer.
     reference: Option<T>,
     alike: fn(T, T) -> bool,
-    begun: bool,
     /// All answers are like the reference, …
     same: bool,
     /// … and there are enough of them.
@@ -67,17 +66,14 @@ pub(super) struct Survey<T> {
 impl<T: Copy> Survey<T> {
     pub(super) fn new(known: Option<T>, alike: fn(T, T) -> bool) -> Self {
         let asked = [None; MAX_SHADOW_SAMPLES as usize];
-        Self { asked, reference: known, alike, begun: false, same: true, enough: known.is_some() }
+        Self { asked, reference: known, alike, same: true, enough: known.is_some() }
     }
 
     /// Asks the first samples of these `looks`, or only makes sure of what is known already. At least half of them must have an
     /// answer.
     pub(super) fn begin(&mut self, looks: &Looks, ask: impl FnMut(usize) -> Option<T>) -> Option<T> {
-        if !self.begun {
-            self.begun = true;
-            let samples = if self.reference.is_some() { looks.again.clone() } else { looks.first.clone() };
-            self.enough = self.ask(samples.clone(), ask) >= samples.len().div_ceil(2);
-        }
+        let samples = if self.reference.is_some() { looks.again.clone() } else { looks.first.clone() };
+        self.enough = self.ask(samples.clone(), ask) >= samples.len().div_ceil(2);
         self.agreed()
     }
 

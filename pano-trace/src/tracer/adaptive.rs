@@ -202,7 +202,6 @@ mod tests {
         // The standard error of 100 runs of 1024 pixels with about 100 samples each is 0.003.
         assert!((ours - 1.0).abs() < 0.01, "{ours}");
         assert!(naive < 0.8, "deciding for oneself no longer goes wrong: {naive}");
-        println!("ours {ours}, naive {naive}, {spent} samples");
     }
 
     proptest! {

@@ -55,7 +55,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                 && let Some(behind) = self.world.reach(&ray, &sample)
             {
                 let pdf = self.world.light_pdf(ray.origin, ray.direction, behind.as_ref());
-                let radiance = self.terminal(&ray, behind.as_ref());
+                let radiance = self.world.arriving(ray.direction, behind.as_ref());
                 if pdf > 0.0 {
                     let light = value.f_cos * radiance * (weigh(pdf, value.pdf_solid_angle) / pdf);
                     real += light;
@@ -88,7 +88,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                 }
             }
             end => {
-                let light = s.weight * self.terminal(&ray, end.as_ref()) * weight;
+                let light = s.weight * self.world.arriving(ray.direction, end.as_ref()) * weight;
                 real += light;
                 if object.is_none() {
                     mixed += light;
@@ -102,13 +102,5 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
             }
         }
         (mixed, real)
-    }
-
-    /// Radiance at the end of a path: captured, or from infinity.
-    fn terminal(&self, ray: &Ray, behind: Option<&RealHit>) -> Vec3 {
-        match behind {
-            None => self.world.infinity(ray.direction),
-            Some(hit) => hit.radiance.unwrap_or(Vec3::ZERO),
-        }
     }
 }

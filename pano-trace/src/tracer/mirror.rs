@@ -24,11 +24,11 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         walk.rays += 1;
         let Some(object) = self.objects.intersect(&ray) else { return Vec3::ZERO };
         walk.rays += 1;
-        let before = match self.world.hit(&ray) {
-            Some(real) if real.t < object.hit.t => return Vec3::ZERO,
-            Some(real) => real.radiance.unwrap_or(Vec3::ZERO),
-            None => self.world.infinity(ray.direction),
-        };
+        let behind = self.world.hit(&ray);
+        if behind.is_some_and(|real| real.t < object.hit.t) {
+            return Vec3::ZERO;
+        }
+        let before = self.world.arriving(ray.direction, behind.as_ref());
         let bright = luminance(before);
         if bright < beyond {
             return Vec3::ZERO;

@@ -196,10 +196,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         if scene == Scene::Mixed && self.objects.occluded(&ray.up_to(reach)) {
             return Vec3::ZERO;
         }
-        let radiance = match &behind {
-            None => self.world.infinity(sample.direction),
-            Some(hit) => hit.radiance.unwrap_or(Vec3::ZERO),
-        };
+        let radiance = self.world.arriving(sample.direction, behind.as_ref());
         let pdf = share * self.world.light_pdf(ray.origin, sample.direction, behind.as_ref());
         if pdf > 0.0 { weigh(value.f_cos, pdf, value.pdf_solid_angle) * radiance } else { Vec3::ZERO }
     }

@@ -173,7 +173,9 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                 pixel.discarded += 1;
                 Vec3::ZERO
             };
-            pixel.noise.add(value);
+            if self.params.error_target.is_some() {
+                pixel.noise.add(value);
+            }
             if into_object { pixel.object += value } else { pixel.delta += value }
         }
         pixel.samples = pixel.samples.max(until);

@@ -103,6 +103,13 @@ pub trait RealWorld: std::fmt::Debug + Sync {
     /// Radiance that comes from infinity along `direction` (pointing away from the viewer).
     fn infinity(&self, direction: Vec3) -> Vec3;
 
+    /// Radiance that arrives along `direction` (pointing away from the viewer), on which `first` lies first (`None`: infinity);
+    /// 0 from surfaces whose radiance is not known.
+    #[inline]
+    fn arriving(&self, direction: Vec3, first: Option<&RealHit>) -> Vec3 {
+        first.map_or_else(|| self.infinity(direction), |hit| hit.radiance.unwrap_or(Vec3::ZERO))
+    }
+
     /// Diffuse reflectance at a hit.
     fn reflectance(&self, hit: &RealHit) -> Vec3;
 

@@ -37,9 +37,7 @@ pub(super) struct Filters<'a> {
 impl Filters<'_> {
     /// Adds what [`Self::clamp_fireflies`] took to the filtered signal, spread over the surface: it is light all the same.
     fn spread_fireflies(&mut self, share: &Image<f32>, mut excess: Image<Vec3>, signal: &mut Image<Vec3>) -> Result<()> {
-        let guides = atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal };
-        let params = atrous::Params { wrap: self.wrap, sigma_luminance: ANY, ..atrous::Params::default() };
-        self.device.spread(self.stage, &params, &guides, share, None, &mut excess)?;
+        self.spread_by(ANY, share, None, &mut excess)?;
         for (value, excess) in signal.data_mut().iter_mut().zip(excess.data()) {
             *value += *excess;
         }
@@ -47,14 +45,24 @@ impl Filters<'_> {
     }
 
     fn spread(&mut self, share: &Image<f32>, variance: &mut Image<f32>, signal: &mut Image<Vec3>) -> Result<()> {
-        let guides = atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal };
-        let mut params = atrous::Params { wrap: self.wrap, ..atrous::Params::default() };
-        let variance = if self.samples < SAMPLES_WITH_VARIANCE {
-            params.sigma_luminance *= RARE;
-            None
+        let sigma = atrous::Params::default().sigma_luminance;
+        if self.samples < SAMPLES_WITH_VARIANCE {
+            self.spread_by(RARE * sigma, share, None, signal)
         } else {
-            Some(variance)
-        };
+            self.spread_by(sigma, share, Some(variance), signal)
+        }
+    }
+
+    /// The à-trous filter with this [`atrous::Params::sigma_luminance`].
+    fn spread_by(
+        &mut self,
+        sigma_luminance: f32,
+        share: &Image<f32>,
+        variance: Option<&mut Image<f32>>,
+        signal: &mut Image<Vec3>,
+    ) -> Result<()> {
+        let guides = atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal };
+        let params = atrous::Params { wrap: self.wrap, sigma_luminance, ..atrous::Params::default() };
         self.device.spread(self.stage, &params, &guides, share, variance, signal)
     }
 

@@ -56,10 +56,13 @@ pub static SHADER: Shader = Shader {
         Piece {
             text: include_str!("march.wgsl"),
             constants: || {
-                let packing = [("SHIFT", SHIFT), ("BIAS", BIAS), ("TILE", TILE as u32)].map(|(name, v)| Constant::u32(name, v));
-                let mut constants = vec![Constant::f32("NEAREST", NEAREST), Constant::f32("NUDGE", NUDGE)];
-                constants.extend(packing);
-                constants
+                vec![
+                    Constant::f32("NEAREST", NEAREST),
+                    Constant::f32("NUDGE", NUDGE),
+                    Constant::u32("SHIFT", SHIFT),
+                    Constant::u32("BIAS", BIAS),
+                    Constant::u32("TILE", TILE as u32),
+                ]
             },
         },
     ],
