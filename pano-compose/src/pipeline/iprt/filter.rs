@@ -44,6 +44,7 @@ impl Filters<'_> {
         Ok(())
     }
 
+    /// The filter for light that many paths bring; `variance` counts from [`SAMPLES_WITH_VARIANCE`] on.
     fn spread(&mut self, share: &Image<f32>, variance: &mut Image<f32>, signal: &mut Image<Vec3>) -> Result<()> {
         let sigma = atrous::Params::default().sigma_luminance;
         if self.samples < SAMPLES_WITH_VARIANCE {
@@ -51,6 +52,12 @@ impl Filters<'_> {
         } else {
             self.spread_by(sigma, share, Some(variance), signal)
         }
+    }
+
+    /// The filter for what smooth surfaces mirror.
+    fn spread_mirrored(&mut self, share: &Image<f32>, variance: &mut Image<f32>, signal: &mut Image<Vec3>) -> Result<()> {
+        let variance = (self.samples >= SAMPLES_WITH_VARIANCE).then_some(variance);
+        self.spread_by(MIRROR_NOISE * atrous::Params::default().sigma_luminance, share, variance, signal)
     }
 
     /// The à-trous filter with this [`atrous::Params::sigma_luminance`].
@@ -85,12 +92,22 @@ impl Filters<'_> {
         for layer in [Some(&mut seen.radiance), excess.as_mut()].into_iter().flatten() {
             layer.data_mut().iter_mut().zip(albedo.data()).for_each(|(radiance, &albedo)| *radiance /= albedo);
         }
-        let guides = albedo.data().iter().zip(self.buffer.smooth.data());
-        for (variance, (&albedo, &smooth)) in seen.variance.data_mut().iter_mut().zip(guides) {
-            let believed = if smooth { MIRROR_NOISE } else { 1.0 };
-            *variance *= (believed / luminance(albedo)).powi(2);
+        for (variance, &albedo) in seen.variance.data_mut().iter_mut().zip(albedo.data()) {
+            *variance /= luminance(albedo).powi(2);
         }
-        self.spread(&seen.coverage, &mut seen.variance, &mut seen.radiance)?;
+        // A mirror image is sharp from the first sample on.
+        let of_kind = |smooth: bool| {
+            let share = |x, y| if self.buffer.smooth.get(x, y) == smooth { seen.coverage.get(x, y) } else { 0.0 };
+            let share = Image::from_fn(seen.coverage.width(), seen.coverage.height(), share);
+            share.data().iter().any(|&s| s > 0.0).then_some(share)
+        };
+        let (rough, smooth) = (of_kind(false), of_kind(true));
+        if let Some(share) = rough {
+            self.spread(&share, &mut seen.variance, &mut seen.radiance)?;
+        }
+        if let Some(share) = smooth {
+            self.spread_mirrored(&share, &mut seen.variance, &mut seen.radiance)?;
+        }
         if let Some(excess) = excess {
             self.spread_fireflies(&seen.coverage, excess, &mut seen.radiance)?;
         }
