@@ -125,12 +125,16 @@ fn filters(gpu: &Gpu, pixels: f64) {
     let ones = layers.coverage.map(|_| 1.0);
     let cpu = || {
         let mut signal = layers.object.clone();
-        let mut variance = atrous::spatial_variance(&params, &guides, &ones, &signal).unwrap();
+        let mut variance = layers.coverage.clone();
         atrous::filter(&params, &guides, &ones, &mut variance, &mut signal).unwrap();
     };
-    let on_gpu =
-        || consume(atrous::gpu::filter_pictures(gpu, &params, &guides, &ones, None, &mut layers.object.clone()).unwrap());
-    row(gpu, "à-trous, five levels, with variance", (5.0 * 2000.0 + 3000.0) * pixels, cpu, on_gpu);
+    let on_gpu = || {
+        consume(
+            atrous::gpu::filter_pictures(gpu, &params, &guides, &ones, &mut layers.coverage.clone(), &mut layers.object.clone())
+                .unwrap(),
+        )
+    };
+    row(gpu, "à-trous, five levels", 5.0 * 2000.0 * pixels, cpu, on_gpu);
 
     let params = firefly::Params::default();
     let cpu = || consume(firefly::clamp(&params, &ones, &mut layers.object.clone()).unwrap());
@@ -142,13 +146,16 @@ fn filters(gpu: &Gpu, pixels: f64) {
     let thing = Image::filled(w, h, 0u32);
     let previous = Image::from_fn(w, h, |x, y| Vec2::new(x as f32 + 1.2, y as f32 + 0.7));
     let (depth, normal) = (&layers.depth, &layers.normal);
-    let guides = temporal::Guides { depth, normal, thing: &thing, previous: &previous, previous_depth: depth };
+    let guides =
+        temporal::Guides { depth, normal, thing: &thing, previous: &previous, previous_depth: depth, sharp: None, level: None };
     let mut past = None;
-    temporal::accumulate(&params, &guides, &mut layers.object.clone(), &mut past).unwrap();
-    let cpu = || temporal::accumulate(&params, &guides, &mut layers.object.clone(), &mut past.clone()).unwrap();
-    let on_gpu =
-        || temporal::gpu::accumulate_picture(gpu, &params, &guides, &mut layers.object.clone(), &mut past.clone()).unwrap();
-    row(gpu, "temporal", 600.0 * pixels, cpu, on_gpu);
+    temporal::accumulate(&params, &guides, None, &mut layers.object.clone(), &mut past).unwrap();
+    let cpu = || consume(temporal::accumulate(&params, &guides, None, &mut layers.object.clone(), &mut past.clone()).unwrap());
+    let on_gpu = || {
+        let (signal, past) = (&mut layers.object.clone(), &mut past.clone());
+        consume(temporal::gpu::accumulate_picture(gpu, &params, &guides, None, signal, past).unwrap());
+    };
+    row(gpu, "temporal", 2000.0 * pixels, cpu, on_gpu);
 
     let params = sparse::Params::default();
     let (position, active) = (layers.depth.map(|d| Vec3::Z * d), Image::filled(w, h, 0u32));

@@ -1,6 +1,5 @@
 // The à-trous joint bilateral filter: pictures become pixels without premultiplication (`prepare`), each level spreads taps
-// twice as far (`level`), and pixels become pictures again (`finish`). `spatial` finds variances from neighbours. See cpu.rs for
-// the reasons. Sums are f32: values are limited before.
+// twice as far (`level`), and pixels become pictures again (`finish`). See cpu.rs for the reasons. Sums are f32: values are limited before.
 
 override WRAP: bool;
 
@@ -144,39 +143,4 @@ fn level(@builtin(global_invocation_id) id: vec3u) {
         next_pixels[p] = vec4f(sum / weights, centre.w);
         next_variances[p] = squares / (weights * weights);
     }
-}
-
-@compute @workgroup_size(8, 8)
-fn spatial(@builtin(global_invocation_id) id: vec3u) {
-    if !is_held(params.rows, id) {
-        return;
-    }
-    let texel = texel_of(params.rows, id);
-    let p = index_of(params.rows, texel);
-    let centre = prepared(p);
-    next_variances[p] = 0.0;
-    if centre.w == 0.0 {
-        return;
-    }
-    let here = luminance(centre.xyz);
-    var sum = 0.0;
-    var squares = 0.0;
-    var weights = 0.0;
-    for (var dy = -3; dy <= 3; dy++) {
-        for (var dx = -3; dx <= 3; dx++) {
-            let place = place_at(params.rows, texel, vec2i(dx, dy), WRAP);
-            let q = index_of(params.rows, place.texel);
-            let there = prepared(q);
-            if place.exists && there.w > 0.0 {
-                let weight = exp(-guide_exponent(p, q, vec2i(dx, dy), place.over_pole));
-                // Differences keep their precision where values do not.
-                let apart = luminance(there.xyz) - here;
-                sum += weight * apart;
-                squares += weight * apart * apart;
-                weights += weight;
-            }
-        }
-    }
-    let mean = sum / weights;
-    next_variances[p] = max(squares / weights - mean * mean, 0.0);
 }

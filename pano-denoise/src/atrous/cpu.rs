@@ -57,32 +57,6 @@ pub(super) fn filter(
     Energy::between(&before, signal)
 }
 
-/// See [`super::spatial_variance`]; sizes are checked there.
-pub(super) fn spatial_variance(params: &Params, guides: &Guides<'_>, share: &Image<f32>, signal: &Image<Vec3>) -> Image<f32> {
-    /// Half the window's side.
-    const RADIUS: isize = 3;
-    let (width, height) = signal.size();
-    let surfaces = Surfaces::new(guides.depth, guides.normal, params.wrap);
-    let luminance: Vec<Option<f64>> = (signal.data().iter().zip(share.data()))
-        .map(|(&v, &s)| (s > 0.0 && v.is_finite()).then(|| bright(v.as_dvec3() / f64::from(s.min(1.0)))))
-        .collect();
-    Image::par_from_fn(width, height, |x, y| {
-        let p = y * width + x;
-        let Some(here) = luminance[p] else { return 0.0 };
-        let (mut sum, mut squares, mut weights) = (0.0, 0.0, 0.0);
-        for (dx, dy) in (-RADIUS..=RADIUS).flat_map(|dy| (-RADIUS..=RADIUS).map(move |dx| (dx, dy))) {
-            let Some(place) = surfaces.place(x, y, dx, dy) else { continue };
-            let Some(value) = luminance[place.index] else { continue };
-            let weight = (-surfaces.exponent(p, place, dx, dy, params.sigma_depth, params.sigma_normal)).exp();
-            // Differences keep their precision where values do not.
-            let apart = value - here;
-            (sum, squares, weights) = (sum + weight * apart, squares + weight * apart * apart, weights + weight);
-        }
-        let variance = if weights > 0.0 { squares / weights - (sum / weights).powi(2) } else { 0.0 };
-        if variance > 0.0 { to_f32(variance) } else { 0.0 }
-    })
-}
-
 /// One pass with taps `step` pixels apart.
 fn pass(params: &Params, surfaces: &Surfaces<'_>, pixels: &[Pixel], width: usize, step: isize) -> Vec<Pixel> {
     let mut out = pixels.to_vec();

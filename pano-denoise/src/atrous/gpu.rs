@@ -47,8 +47,6 @@ pub static SHADER: Shader = Shader {
         Specialization { entry: "finish", constants: &[] },
         Specialization { entry: "level", constants: &[("WRAP", 0.0)] },
         Specialization { entry: "level", constants: &[("WRAP", 1.0)] },
-        Specialization { entry: "spatial", constants: &[("WRAP", 0.0)] },
-        Specialization { entry: "spatial", constants: &[("WRAP", 1.0)] },
     ],
 };
 
@@ -120,38 +118,12 @@ pub fn filter(
     Ok((filtered, next.1))
 }
 
-/// [`super::spatial_variance`] of pictures on the GPU.
-///
-/// # Errors
-/// As [`filter`].
-pub fn spatial_variance(
-    gpu: &Gpu,
-    params: &Params,
-    surfaces: &GpuSurfaces<'_>,
-    share: &GpuImage<f32>,
-    signal: &GpuImage<Vec3>,
-) -> GpuResult<GpuImage<f32>> {
-    signal.check_like("share", share)?;
-    signal.check_like("slope", &surfaces.slope)?;
-    let variance = gpu.image(signal.rows())?;
-    let buffers = [
-        (1, signal.buffer()),
-        (2, share.buffer()),
-        (4, surfaces.slope.buffer()),
-        (5, surfaces.normal.buffer()),
-        (9, variance.buffer()),
-    ];
-    Call::new(gpu, params, surfaces, signal.rows()).run("spatial", 1, &buffers)?;
-    Ok(variance)
+/// Rows on either side of a pixel that all levels look at, and one for the slopes there.
+fn halo(levels: u32) -> usize {
+    2 * ((1usize << levels) - 1) + 1
 }
 
-/// Rows on either side of a pixel that all levels look at, and one for the slopes there; with the variances before them.
-fn halo(levels: u32, spatial: bool) -> usize {
-    2 * ((1usize << levels) - 1) + 1 + if spatial { 3 } else { 0 }
-}
-
-/// [`super::filter`] of pictures of any size, in bands. Without a `variance` it comes from the neighbours
-/// ([`super::spatial_variance`]). If it fails, pictures are as they were.
+/// [`super::filter`] of pictures of any size, in bands. If it fails, pictures are as they were.
 ///
 /// # Errors
 /// As [`filter`].
@@ -160,31 +132,22 @@ pub fn filter_pictures(
     params: &Params,
     guides: &Guides<'_>,
     share: &Image<f32>,
-    variance: Option<&mut Image<f32>>,
+    variance: &mut Image<f32>,
     signal: &mut Image<Vec3>,
 ) -> GpuResult<Energy> {
     params.check()?;
-    guides.check(signal.size(), share, variance.as_deref())?;
-    let mut filtered = signal.clone();
-    let mut variances = variance.as_deref().cloned();
-    for Band { keep, hold } in gpu.bands(signal.size(), PIXEL_BYTES, halo(params.levels, variance.is_none()))? {
+    guides.check(signal.size(), share, variance)?;
+    let (mut filtered, mut variances) = (signal.clone(), variance.clone());
+    for Band { keep, hold } in gpu.bands(signal.size(), PIXEL_BYTES, halo(params.levels))? {
         let (depth, normal) = (gpu.upload_rows(guides.depth, &hold)?, gpu.upload_rows(guides.normal, &hold)?);
         let surfaces = GpuSurfaces::new(gpu, &depth, &normal, params.wrap)?;
         let (share, source) = (gpu.upload_rows(share, &hold)?, gpu.upload_rows(signal, &hold)?);
-        let known = match variance.as_deref() {
-            Some(variance) => gpu.upload_rows(variance, &hold)?,
-            None => spatial_variance(gpu, params, &surfaces, &share, &source)?,
-        };
+        let known = gpu.upload_rows(variance, &hold)?;
         let (value, spread) = filter(gpu, params, &surfaces, &share, &known, &source)?;
         gpu.read_rows(&value, &keep, &mut filtered)?;
-        if let Some(variances) = &mut variances {
-            gpu.read_rows(&spread, &keep, variances)?;
-        }
+        gpu.read_rows(&spread, &keep, &mut variances)?;
     }
     let energy = Energy::between(signal, &filtered);
-    *signal = filtered;
-    if let (Some(variance), Some(filtered)) = (variance, variances) {
-        *variance = filtered;
-    }
+    (*signal, *variance) = (filtered, variances);
     Ok(energy)
 }

@@ -73,15 +73,21 @@ impl Params {
 
 impl Guides<'_> {
     /// That all pictures have the signal's size.
-    fn check(&self, size: (usize, usize), share: &Image<f32>, variance: Option<&Image<f32>>) -> Result<()> {
-        let mut pictures = vec![("depth", self.depth.size()), ("normal", self.normal.size()), ("share", share.size())];
-        pictures.extend(variance.map(|v| ("variance", v.size())));
+    fn check(&self, size: (usize, usize), share: &Image<f32>, variance: &Image<f32>) -> Result<()> {
+        let pictures = [
+            ("depth", self.depth.size()),
+            ("normal", self.normal.size()),
+            ("share", share.size()),
+            ("variance", variance.size()),
+        ];
         crate::check_sizes("à-trous filter", size, &pictures)
     }
 }
 
 /// Filters `signal`, which is premultiplied by `share` ([0, 1]; all ones for one that is not), and along with it `variance`:
 /// the variance (≥ 0) of the luminance of each pixel's un-premultiplied value.
+///
+/// Where samples are too few to know it, [`crate::temporal::accumulate`] finds the variance from neighbours.
 ///
 /// Pixels with share 0 and values that are not finite are left alone and are no taps. Finite input gives finite output.
 ///
@@ -95,18 +101,8 @@ pub fn filter(
     signal: &mut Image<Vec3>,
 ) -> Result<Energy> {
     params.check()?;
-    guides.check(signal.size(), share, Some(variance))?;
+    guides.check(signal.size(), share, variance)?;
     Ok(cpu::filter(params, guides, share, variance, signal))
-}
-
-/// The variance of each pixel's luminance, from its 7×7 neighbours on the same surface: for signals of one sample a pixel.
-/// Arguments as for [`filter`].
-///
-/// # Errors
-/// [`Error::Argument`] if the pictures differ in size.
-pub fn spatial_variance(params: &Params, guides: &Guides<'_>, share: &Image<f32>, signal: &Image<Vec3>) -> Result<Image<f32>> {
-    guides.check(signal.size(), share, None)?;
-    Ok(cpu::spatial_variance(params, guides, share, signal))
 }
 
 #[cfg(test)]

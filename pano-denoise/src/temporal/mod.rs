@@ -1,10 +1,15 @@
 //! Temporal accumulation along motion vectors (IPRT, "filtering"; Schied et al. 2017).
 //!
 //! Each pixel asks where its point was in the previous frame. The four texels around that place take part if they show the
-//! same surface: the same thing, at the distance expected, turned the same way. What is left of them is clamped to the
-//! range of the pixel's neighbourhood in the new frame, which ends ghosts of shadows and reflections that no motion vector
-//! follows, and blended with the new value. A pixel's first frames count equally, then the new one counts
-//! [`Params::blend`].
+//! same surface: the same thing, at the distance expected, turned the same way. What they know is corrected by what the new
+//! frame shows around the pixel, which ends ghosts of shadows and reflections that no motion vector follows, and blended with
+//! the new value. A pixel's first frames count equally, then the new one counts [`Params::blend`].
+//!
+//! *Departure*: the paper accumulates what it has filtered, and clamps history to the range of the neighbours. The filter then
+//! has one frame to tell shadows from noise, and blurs what many frames would show. Here history is of unfiltered values, with
+//! the variance from which the filter learns how much is left to do ([`crate::atrous`]). The range of unfiltered neighbours says
+//! nothing of them; so history and new frame are compared by their means over 7×7 pixels, and history is moved by as much
+//! of the difference as noise does not explain. Pixels without noise, those of mirrors, are clamped to their neighbours' range.
 
 mod cpu;
 #[cfg(feature = "gpu")]
@@ -26,14 +31,15 @@ pub struct Params {
     pub depth: f32,
     /// Least cosine between the normals. Default 0.9.
     pub normal: f32,
-    /// History stays within this many standard deviations of the mean of the 5×5 pixels around it in the new frame, ≥ 0.
-    /// Lower ends ghosts sooner and keeps more noise; infinity switches the clamp off. Default 1.5.
+    /// The mean of history over 7×7 pixels stays within this many standard errors of that of the new frame, ≥ 0. Lower ends
+    /// ghosts sooner and keeps more noise; infinity switches the correction off. Default 2: noise alone is beyond it in one
+    /// pixel of twenty.
     pub clamp: f32,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { wrap: false, blend: 0.1, depth: 0.05, normal: 0.9, clamp: 1.5 }
+        Self { wrap: false, blend: 0.1, depth: 0.05, normal: 0.9, clamp: 2.0 }
     }
 }
 
@@ -44,14 +50,22 @@ pub struct Guides<'a> {
     pub depth: &'a Image<f32>,
     /// World-space unit normal, zero where there is nothing.
     pub normal: &'a Image<Vec3>,
-    /// Which thing is seen: 0 for real surfaces, n + 1 for the n-th object.
+    /// Which thing is seen: 0 for real surfaces, n + 1 for the n-th object; below 2²⁹.
     pub thing: &'a Image<u32>,
     /// Where the point seen at the pixel's centre was in the previous frame, in pixels (centres at +½); NaN where it was not
     /// in sight.
     pub previous: &'a Image<Vec2>,
     /// The point's distance from the previous camera.
     pub previous_depth: &'a Image<f32>,
+    /// Where there is no noise worth the name, as in mirrors; `None`: nowhere.
+    pub sharp: Option<&'a Image<bool>>,
+    /// 0 where the new value was sampled, n (≤ [`MOST_SPARSE`]) where it was interpolated between samples of one pixel in 4ⁿ:
+    /// it counts that much less, tells nothing of noise and ends no ghost. `None`: sampled everywhere.
+    pub level: Option<&'a Image<u8>>,
 }
+
+/// The greatest [`Guides::level`]; higher ones count as this.
+pub const MOST_SPARSE: u8 = 3;
 
 impl Params {
     /// That every value is in its range.
@@ -64,22 +78,40 @@ impl Params {
         }
         Ok(())
     }
+
+    /// The variance of a mean of `frames` frames, as a share of that of one: the sum of the squares of their weights.
+    fn remaining(&self, frames: u32) -> f64 {
+        let blend = f64::from(self.blend);
+        let equal = (1.0 / blend).floor().max(1.0);
+        let frames = f64::from(frames.max(1));
+        // From then on each frame leaves (1 − blend)² of it and adds blend².
+        let limit = blend / (2.0 - blend);
+        if frames <= equal { 1.0 / frames } else { limit + (1.0 / equal - limit) * (1.0 - blend).powf(2.0 * (frames - equal)) }
+    }
 }
 
 impl Guides<'_> {
+    fn is_sharp(&self, x: usize, y: usize) -> bool {
+        self.sharp.is_some_and(|sharp| sharp.get(x, y))
+    }
+
+    fn level(&self, x: usize, y: usize) -> u8 {
+        self.level.map_or(0, |level| level.get(x, y).min(MOST_SPARSE))
+    }
+
     /// That all pictures have the signal's size.
-    fn check(&self, size: (usize, usize)) -> Result<()> {
-        crate::check_sizes(
-            "temporal filter",
-            size,
-            &[
-                ("depth", self.depth.size()),
-                ("normal", self.normal.size()),
-                ("thing", self.thing.size()),
-                ("previous", self.previous.size()),
-                ("previous_depth", self.previous_depth.size()),
-            ],
-        )
+    fn check(&self, size: (usize, usize), measured: Option<&Image<f32>>) -> Result<()> {
+        let mut pictures = vec![
+            ("depth", self.depth.size()),
+            ("normal", self.normal.size()),
+            ("thing", self.thing.size()),
+            ("previous", self.previous.size()),
+            ("previous_depth", self.previous_depth.size()),
+        ];
+        pictures.extend(self.sharp.map(|sharp| ("sharp", sharp.size())));
+        pictures.extend(self.level.map(|level| ("level", level.size())));
+        pictures.extend(measured.map(|measured| ("variance", measured.size())));
+        crate::check_sizes("temporal filter", size, &pictures)
     }
 }
 
@@ -87,10 +119,12 @@ impl Guides<'_> {
 #[derive(Clone, Debug)]
 pub struct History {
     pub(crate) signal: Image<Vec3>,
+    /// Of the luminance of one frame's value.
+    pub(crate) variance: Image<f32>,
     pub(crate) depth: Image<f32>,
     pub(crate) normal: Image<Vec3>,
     pub(crate) thing: Image<u32>,
-    /// Frames that each pixel's value is made of.
+    /// Frames that each pixel's value is made of, 0 where nothing is known.
     pub(crate) length: Image<u32>,
 }
 
@@ -100,7 +134,7 @@ impl History {
         &self.signal
     }
 
-    /// Frames that each pixel's value is made of, ≥ 1.
+    /// Frames that each pixel's value is made of; 0 where nothing is known and the value is 0.
     pub fn length(&self) -> &Image<u32> {
         &self.length
     }
@@ -109,14 +143,24 @@ impl History {
 /// Blends `history` into `signal` and makes the new history of it. Without history (the first frame, or one after a cut, or
 /// of another size) the signal stays as it is. Values of `signal` that are not finite are replaced by history or 0.
 ///
+/// Returns the variance of each pixel's luminance now. That of the new values is `measured` (≥ 0), if it is known, or that of
+/// the differences between frame and history in the 7×7 pixels around that show the same surface: history knows what is no noise.
+///
 /// # Errors
-/// [`Error::Argument`] if a parameter is out of range or the pictures differ in size.
-pub fn accumulate(params: &Params, guides: &Guides<'_>, signal: &mut Image<Vec3>, history: &mut Option<History>) -> Result<()> {
+/// [`pano_core::Error::Argument`] if a parameter is out of range or the pictures differ in size.
+pub fn accumulate(
+    params: &Params,
+    guides: &Guides<'_>,
+    measured: Option<&Image<f32>>,
+    signal: &mut Image<Vec3>,
+    history: &mut Option<History>,
+) -> Result<Image<f32>> {
     params.check()?;
-    guides.check(signal.size())?;
+    guides.check(signal.size(), measured)?;
     let past = history.take().filter(|h| h.signal.size() == signal.size());
-    *history = Some(cpu::accumulate(params, guides, signal, past.as_ref()));
-    Ok(())
+    let (kept, variance) = cpu::accumulate(params, guides, measured, signal, past.as_ref());
+    *history = Some(kept);
+    Ok(variance)
 }
 
 #[cfg(test)]

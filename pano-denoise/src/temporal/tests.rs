@@ -27,6 +27,8 @@ impl Scene {
             thing: &self.thing,
             previous: &self.previous,
             previous_depth: &self.depth,
+            sharp: None,
+            level: None,
         }
     }
 }
@@ -48,7 +50,7 @@ fn a_still_scene_gets_smooth() {
     let (mut history, mut first, mut last) = (None, 0.0, 0.0);
     for frame in 0..60 {
         let mut signal = noisy(48, 40, frame);
-        accumulate(&params, &scene.guides(), &mut signal, &mut history).unwrap();
+        accumulate(&params, &scene.guides(), None, &mut signal, &mut history).unwrap();
         match frame {
             0 => first = deviation(&signal),
             8 => assert!((first / deviation(&signal) - 3.0).abs() < 0.2, "nine frames"),
@@ -71,7 +73,7 @@ fn history_follows_motion() {
     let mut history = None;
     for frame in 0..10 {
         let mut signal = Image::from_fn(w, h, |x, _| picture(x as f32 + 2.5 * frame as f32));
-        accumulate(&params, &scene.guides(), &mut signal, &mut history).unwrap();
+        accumulate(&params, &scene.guides(), None, &mut signal, &mut history).unwrap();
         for x in 0..w / 2 {
             let exact = picture(x as f32 + 2.5 * frame as f32);
             // Each frame interpolates between texels once more.
@@ -98,12 +100,12 @@ fn what_was_not_seen_has_no_history() {
     for what in 0..6 {
         let mut history = None;
         let scene = Scene::still(w, h);
-        accumulate(&Params::default(), &scene.guides(), &mut Image::filled(w, h, Vec3::ZERO), &mut history).unwrap();
+        accumulate(&Params::default(), &scene.guides(), None, &mut Image::filled(w, h, Vec3::ZERO), &mut history).unwrap();
         let mut next = Scene::still(w, h);
         change(what, &mut next);
         let mut signal = Image::filled(w, h, Vec3::ONE);
         let params = Params { clamp: f32::INFINITY, ..Params::default() };
-        accumulate(&params, &next.guides(), &mut signal, &mut history).unwrap();
+        accumulate(&params, &next.guides(), None, &mut signal, &mut history).unwrap();
         assert_eq!(signal.get(3, 3), Vec3::ONE, "case {what}");
         assert_eq!(signal.get(5, 5), Vec3::splat(0.5), "case {what}");
     }
@@ -116,19 +118,20 @@ fn ghosts_are_clamped_away() {
     let mut history = None;
     let dark = |x: usize, from: usize| Vec3::splat(if (from..from + 8).contains(&x) { 0.0 } else { 1.0 });
     for _ in 0..20 {
-        accumulate(&Params::default(), &scene.guides(), &mut Image::from_fn(32, 32, |x, _| dark(x, 2)), &mut history).unwrap();
+        accumulate(&Params::default(), &scene.guides(), None, &mut Image::from_fn(32, 32, |x, _| dark(x, 2)), &mut history)
+            .unwrap();
     }
     let mut moved = Image::from_fn(32, 32, |x, _| dark(x, 20));
-    accumulate(&Params::default(), &scene.guides(), &mut moved, &mut history).unwrap();
+    accumulate(&Params::default(), &scene.guides(), None, &mut moved, &mut history).unwrap();
     // In the middle of both stripes the neighbourhood is flat and the old value is worth nothing.
     assert!(moved.get(5, 16).x > 0.999 && moved.get(23, 16).x < 1e-3, "{} {}", moved.get(5, 16), moved.get(23, 16));
     let small = Scene::still(16, 16);
     let mut signal = noisy(16, 16, 1);
     let before = signal.clone();
-    accumulate(&Params::default(), &small.guides(), &mut signal, &mut history).unwrap();
+    accumulate(&Params::default(), &small.guides(), None, &mut signal, &mut history).unwrap();
     assert_eq!(signal, before);
     let bad = Params { blend: 0.0, ..Params::default() };
-    assert!(accumulate(&bad, &small.guides(), &mut signal, &mut history).is_err());
+    assert!(accumulate(&bad, &small.guides(), None, &mut signal, &mut history).is_err());
 }
 
 proptest! {
@@ -147,10 +150,10 @@ proptest! {
         for frame in 0..4 {
             let mut signal = noisy(8, 6, frame);
             signal.set(2, 2, Vec3::splat(extreme));
-            accumulate(&params, &scene.guides(), &mut signal, &mut history).unwrap();
+            accumulate(&params, &scene.guides(), None, &mut signal, &mut history).unwrap();
             prop_assert!(signal.data().iter().all(|v| v.is_finite()));
             let mut flat = Image::filled(8, 6, Vec3::splat(0.7));
-            accumulate(&params, &scene.guides(), &mut flat, &mut constant).unwrap();
+            accumulate(&params, &scene.guides(), None, &mut flat, &mut constant).unwrap();
             prop_assert!(flat.data().iter().all(|v| (v.x - 0.7).abs() < 1e-6));
         }
     }
@@ -166,8 +169,8 @@ proptest! {
         for frame in 0..3 {
             let mut plain = noisy(w, h, seed + frame);
             let mut rolled = Image::from_fn(w, h, |x, y| plain.get((x + by) % w, y));
-            accumulate(&params, &scene.guides(), &mut plain, &mut a).unwrap();
-            accumulate(&params, &scene.guides(), &mut rolled, &mut b).unwrap();
+            accumulate(&params, &scene.guides(), None, &mut plain, &mut a).unwrap();
+            accumulate(&params, &scene.guides(), None, &mut rolled, &mut b).unwrap();
             for y in 0..h {
                 for x in 0..w {
                     prop_assert!(rolled.get(x, y).distance(plain.get((x + by) % w, y)) < 1e-6, "({x}, {y})");
@@ -175,4 +178,118 @@ proptest! {
             }
         }
     }
+}
+
+/// Rare events are neither forgotten nor counted twice, although most frames show none in most neighbourhoods; and the variance
+/// that is told is the one there is.
+#[test]
+fn rare_events_keep_their_mean() {
+    let (w, h) = (64, 48);
+    let scene = Scene::still(w, h);
+    let rare = |seed: u64| {
+        let mut random = StdRng::seed_from_u64(seed);
+        Image::from_fn(w, h, |_, _| Vec3::splat(if random.random_range(0.0..1.0) < 0.02f32 { 50.0 } else { 0.0 }))
+    };
+    let (mut history, mut sum, mut told, mut squares) = (None, 0.0f64, 0.0f64, 0.0f64);
+    let frames = 40..200;
+    for frame in 0..frames.end {
+        let mut signal = rare(frame);
+        let variance = accumulate(&Params::default(), &scene.guides(), None, &mut signal, &mut history).unwrap();
+        if frames.contains(&frame) {
+            sum += signal.data().iter().map(|v| f64::from(v.x)).sum::<f64>();
+            squares += signal.data().iter().map(|v| f64::from(v.x - 1.0).powi(2)).sum::<f64>();
+            told += variance.data().iter().map(|&v| f64::from(v)).sum::<f64>();
+        }
+    }
+    let n = (w * h) as f64 * frames.count() as f64;
+    assert!((sum / n - 1.0).abs() < 0.03, "mean {}", sum / n);
+    assert!((0.8..1.25).contains(&(told / squares)), "{} of {}", told / n, squares / n);
+}
+
+/// The shadow of something that walks off, in noise as large as the light: after as many frames as the 7×7 pixels need to know
+/// it for certain, what is left of it is small.
+#[test]
+fn ghosts_leave_noise() {
+    let scene = Scene::still(64, 32);
+    let mut ghosts = [0.0f32; 2];
+    for (ghost, clamp) in ghosts.iter_mut().zip([2.0, f32::INFINITY]) {
+        let params = Params { clamp, ..Params::default() };
+        let mut history = None;
+        for frame in 0..34 {
+            let light = noisy(64, 32, frame);
+            let shadow = |x: usize| if frame < 30 && (20..40).contains(&x) { 0.2 } else { 1.0 };
+            let mut signal = Image::from_fn(64, 32, |x, y| light.get(x, y) * shadow(x));
+            accumulate(&params, &scene.guides(), None, &mut signal, &mut history).unwrap();
+            if frame == 33 {
+                let inside = |x: usize| (24..36).contains(&x);
+                let missing = signal.data().iter().enumerate().filter(|(i, _)| inside(i % 64)).map(|(_, v)| 1.0 - v.x);
+                *ghost = missing.sum::<f32>() / (12.0 * 32.0);
+            }
+        }
+    }
+    let [corrected, plain] = ghosts;
+    assert!(corrected < 0.2 && plain > 0.45, "{corrected} {plain}");
+}
+
+/// What moves in a mirror has no motion vector, and no noise either: history stays within the range of the neighbours.
+#[test]
+fn mirrors_are_clamped_to_their_neighbours() {
+    let mut scene = Scene::still(32, 32);
+    let sharp = Image::filled(32, 32, true);
+    let mut history = None;
+    let stripe = |frame: usize| Image::from_fn(32, 32, move |x, _| Vec3::splat(if x == frame { 1.0 } else { 0.0 }));
+    scene.normal = Image::filled(32, 32, Vec3::Z);
+    for frame in 0..20 {
+        let mut signal = stripe(frame);
+        let guides = Guides { sharp: Some(&sharp), ..scene.guides() };
+        accumulate(&Params::default(), &guides, None, &mut signal, &mut history).unwrap();
+    }
+    let history = history.unwrap();
+    let trail: f32 = (0..17).map(|x| history.signal().get(x, 16).x).sum();
+    assert!(trail < 1e-3, "{trail}");
+}
+
+/// Where neither the frame nor history knows anything the value is 0, and the first that is known counts whole.
+#[test]
+fn nothing_known_is_no_frame() {
+    let scene = Scene::still(8, 8);
+    let mut history = None;
+    for (value, frames, want) in [(f32::NAN, 0, 0.0), (f32::NAN, 0, 0.0), (3.0, 1, 3.0), (f32::NAN, 1, 3.0), (1.0, 2, 2.0)] {
+        let mut signal = Image::filled(8, 8, Vec3::splat(value));
+        let params = Params { clamp: f32::INFINITY, ..Params::default() };
+        accumulate(&params, &scene.guides(), None, &mut signal, &mut history).unwrap();
+        assert_eq!((signal.get(4, 4).x, history.as_ref().unwrap().length().get(4, 4)), (want, frames));
+    }
+}
+
+/// One pixel in four is sampled and the others are copied from it: the mean of rare events is kept, and they leave no blobs brighter
+/// than with samples everywhere.
+#[test]
+fn interpolated_values_count_less() {
+    let (w, h) = (64, 48);
+    let scene = Scene::still(w, h);
+    let level = Image::from_fn(w, h, |x, y| if x % 2 == 0 && y % 2 == 0 { 0 } else { 1 });
+    let (mut sparse, mut dense) = (None, None);
+    let (mut sum, mut brightest) = (0.0f64, [0.0f32; 2]);
+    for frame in 0..200u64 {
+        let mut random = StdRng::seed_from_u64(frame);
+        let every = Image::from_fn(w, h, |_, _| Vec3::splat(if random.random_range(0.0..1.0) < 0.02f32 { 50.0 } else { 0.0 }));
+        let mut some = Image::from_fn(w, h, |x, y| every.get(x & !1, y & !1));
+        let guides = Guides { level: Some(&level), ..scene.guides() };
+        accumulate(&Params::default(), &guides, None, &mut some, &mut sparse).unwrap();
+        let mut every = every;
+        accumulate(&Params::default(), &scene.guides(), None, &mut every, &mut dense).unwrap();
+        // Interpolated pixels begin with a frame of their own.
+        if frame >= 100 {
+            let block = |image: &Image<Vec3>, x, y| (0..4).map(|i| image.get(2 * x + i % 2, 2 * y + i / 2).x).sum::<f32>();
+            for (brightest, image) in brightest.iter_mut().zip([&some, &every]) {
+                for (x, y) in (0..h / 2).flat_map(|y| (0..w / 2).map(move |x| (x, y))) {
+                    *brightest = brightest.max(block(image, x, y));
+                }
+            }
+            sum += some.data().iter().map(|v| f64::from(v.x)).sum::<f64>() / (w * h * 100) as f64;
+        }
+    }
+    assert!((sum - 1.0).abs() < 0.05, "mean {sum}");
+    assert!(brightest[0] < 1.5 * brightest[1], "{brightest:?}");
 }

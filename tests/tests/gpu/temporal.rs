@@ -25,6 +25,8 @@ struct Shown {
     thing: Image<u32>,
     previous: Image<Vec2>,
     previous_depth: Image<f32>,
+    sharp: Image<bool>,
+    level: Image<u8>,
 }
 
 impl Shown {
@@ -39,7 +41,9 @@ impl Shown {
         });
         let previous_depth = layers.depth.map(|d| d * 1.01);
         let thing = layers.coverage.map(|c| u32::from(c > 0.5));
-        Self { layers, thing, previous, previous_depth }
+        let sharp = Image::from_fn(w, h, |_, _| random.below(4) == 0);
+        let level = Image::from_fn(w, h, |_, _| [0, 0, 1, 2][random.below(4) as usize]);
+        Self { layers, thing, previous, previous_depth, sharp, level }
     }
 
     fn guides(&self) -> Guides<'_> {
@@ -49,13 +53,15 @@ impl Shown {
             thing: &self.thing,
             previous: &self.previous,
             previous_depth: &self.previous_depth,
+            sharp: Some(&self.sharp),
+            level: Some(&self.level),
         }
     }
 }
 
 fn equals_the_cpu_over_frames(gpu: &Gpu) {
-    let clamps = prop_oneof![Just(1.5f32), Just(0.0), Just(f32::INFINITY)];
-    property(40, (sizes(), any::<u32>(), any::<bool>(), clamps), |(size, seed, wrap, clamp)| {
+    let clamps = prop_oneof![Just(2.0f32), Just(0.0), Just(f32::INFINITY)];
+    property(40, (sizes(), any::<u32>(), any::<bool>(), any::<bool>(), clamps), |(size, seed, wrap, measured, clamp)| {
         let params = Params { wrap, clamp, ..Params::default() };
         let (mut on_gpu, mut on_cpu): (Option<History>, Option<History>) = (None, None);
         for frame in 0..4 {
@@ -63,9 +69,12 @@ fn equals_the_cpu_over_frames(gpu: &Gpu) {
             // The same things in other noise, some of it no number.
             let signal = if frame % 2 == 0 { layers(size, seed ^ frame).object } else { wild(size, 3.0, seed ^ frame) };
             let (mut got, mut want) = (signal.clone(), signal);
-            accumulate_picture(gpu, &params, &shown.guides(), &mut got, &mut on_gpu).unwrap();
-            temporal::accumulate(&params, &shown.guides(), &mut want, &mut on_cpu).unwrap();
+            let measured = measured.then(|| want.map(|v| v.x * v.x));
+            let a = accumulate_picture(gpu, &params, &shown.guides(), measured.as_ref(), &mut got, &mut on_gpu).unwrap();
+            let b = temporal::accumulate(&params, &shown.guides(), measured.as_ref(), &mut want, &mut on_cpu).unwrap();
             assert_close("signal", &got, &want, ABSOLUTE, RELATIVE)?;
+            let picture = |variance: &Image<f32>| variance.map(Vec3::splat);
+            assert_close("variance", &picture(&a), &picture(&b), ABSOLUTE, 1e-3)?;
             let (a, b) = (on_gpu.as_ref().unwrap(), on_cpu.as_ref().unwrap());
             prop_assert!(a.length() == b.length(), "frame {frame}: the numbers of frames differ");
             prop_assert!(same_bits(a.signal(), &got));
@@ -79,7 +88,7 @@ fn huge_values_stay_finite(gpu: &Gpu) {
     let mut history = None;
     for sign in [1.0, -1.0, 1.0] {
         let mut signal = shown.layers.object.map(|v| v * sign * 1e37);
-        accumulate_picture(gpu, &Params::default(), &shown.guides(), &mut signal, &mut history).unwrap();
+        accumulate_picture(gpu, &Params::default(), &shown.guides(), None, &mut signal, &mut history).unwrap();
         assert!(signal.data().iter().all(|v: &Vec3| v.is_finite()));
     }
 }
@@ -89,7 +98,7 @@ fn another_size_begins_anew(gpu: &Gpu) {
     for size in [(9, 5), (5, 9)] {
         let shown = Shown::new(size, 1);
         let mut signal = shown.layers.object.clone();
-        accumulate_picture(gpu, &Params::default(), &shown.guides(), &mut signal, &mut history).unwrap();
+        accumulate_picture(gpu, &Params::default(), &shown.guides(), None, &mut signal, &mut history).unwrap();
         assert!(same_bits(&signal, &shown.layers.object));
         assert!(history.as_ref().unwrap().length().data().iter().all(|n| *n == 1));
     }

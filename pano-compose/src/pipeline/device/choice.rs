@@ -19,10 +19,10 @@ pub const GPU_STAGES: [&str; 11] = [
     "lights",
     "sparse mask",
     "interpolation",
-    "filter real",
     "history real",
-    "filter virtual",
+    "filter real",
     "history virtual",
+    "filter virtual",
     "denoise",
     "composite",
 ];

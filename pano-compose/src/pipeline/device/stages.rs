@@ -165,32 +165,24 @@ impl Device {
         Ok(firefly::clamp(params, share, signal)?)
     }
 
-    /// [`atrous::filter`], a part of `stage`; without a variance it comes from the neighbours ([`atrous::spatial_variance`]).
+    /// [`atrous::filter`], a part of `stage`.
     pub(in crate::pipeline) fn spread(
         &mut self,
         stage: &'static str,
         params: &atrous::Params,
         guides: &atrous::Guides<'_>,
         share: &Image<f32>,
-        mut variance: Option<&mut Image<f32>>,
+        variance: &mut Image<f32>,
         signal: &mut Image<Vec3>,
     ) -> Result<()> {
         #[cfg(feature = "gpu")]
         if self
-            .attempt(stage, |installed| {
-                atrous::gpu::filter_pictures(&installed.gpu, params, guides, share, variance.as_deref_mut(), signal)
-            })?
+            .attempt(stage, |installed| atrous::gpu::filter_pictures(&installed.gpu, params, guides, share, variance, signal))?
             .is_some()
         {
             return Ok(());
         }
-        match variance {
-            Some(variance) => atrous::filter(params, guides, share, variance, signal)?,
-            None => {
-                let mut variance = atrous::spatial_variance(params, guides, share, signal)?;
-                atrous::filter(params, guides, share, &mut variance, signal)?
-            }
-        };
+        atrous::filter(params, guides, share, variance, signal)?;
         Ok(())
     }
 
@@ -200,16 +192,16 @@ impl Device {
         stage: &'static str,
         params: &temporal::Params,
         guides: &temporal::Guides<'_>,
+        measured: Option<&Image<f32>>,
         signal: &mut Image<Vec3>,
         history: &mut Option<temporal::History>,
-    ) -> Result<()> {
+    ) -> Result<Image<f32>> {
         #[cfg(feature = "gpu")]
-        if self
-            .attempt(stage, |installed| temporal::gpu::accumulate_picture(&installed.gpu, params, guides, signal, history))?
-            .is_some()
-        {
-            return Ok(());
+        if let Some(variance) = self.attempt(stage, |installed| {
+            temporal::gpu::accumulate_picture(&installed.gpu, params, guides, measured, signal, history)
+        })? {
+            return Ok(variance);
         }
-        Ok(temporal::accumulate(params, guides, signal, history)?)
+        Ok(temporal::accumulate(params, guides, measured, signal, history)?)
     }
 }

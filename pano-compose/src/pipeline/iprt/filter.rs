@@ -1,4 +1,4 @@
-//! Filters between the passes.
+//! History and filters between the passes.
 
 use super::super::{Result, device::Device};
 use super::Signals;
@@ -16,17 +16,25 @@ const MIRROR_NOISE: f32 = 0.125;
 /// From this many samples on their own variance guides the filter; below, the neighbours' is better known.
 const SAMPLES_WITH_VARIANCE: u32 = 4;
 
-/// How many times as far luminances may be apart with so few samples: one ray in fifty that meets an object is seven standard
-/// deviations from its neighbours, and must still be spread over them.
+/// How many times as far luminances may be apart in a first frame of so few samples: one ray in fifty that meets an object is
+/// seven standard deviations from its neighbours, and must still be spread over them. It falls with the root of the frames.
 const RARE: f32 = 4.0;
+
+/// A change by more than so many times what arrives is no shadow, in which one sample may be worth a few times the mean, but a
+/// caustic.
+const CAUSTIC: f32 = 4.0;
 
 /// As many standard deviations as that are no edge.
 const ANY: f32 = 1e30;
 
-/// What the filters of a frame share.
+/// What history and filters of a frame share.
 pub(super) struct Filters<'a> {
     pub(super) buffer: &'a GBuffer,
     pub(super) samples: u32,
+    /// Where points were in the frame before, and how far from the camera; `None`: in no frame.
+    pub(super) motion: Option<&'a (Image<glam::Vec2>, Image<f32>)>,
+    /// Where values of real surfaces were interpolated, and how far: [`temporal::Guides::level`].
+    pub(super) level: Option<&'a Image<u8>>,
     /// The view is a whole panorama.
     pub(super) wrap: bool,
     /// Where they run, and as what.
@@ -34,85 +42,163 @@ pub(super) struct Filters<'a> {
     pub(super) stage: &'static str,
 }
 
+/// What is known of a signal besides its values.
+pub(super) struct Noise {
+    /// Of the pixel, as the signal is premultiplied by it; 0 where nothing is known.
+    share: Image<f32>,
+    /// Of the luminance without the premultiplication, as the filter is to believe it.
+    variance: Image<f32>,
+}
+
+/// The histories of a frame's signals.
+pub(super) type Histories = Signals<Option<temporal::History>>;
+
 impl Filters<'_> {
-    /// Adds what [`Self::clamp_fireflies`] took to the filtered signal, spread over the surface: it is light all the same.
-    fn spread_fireflies(&mut self, share: &Image<f32>, mut excess: Image<Vec3>, signal: &mut Image<Vec3>) -> Result<()> {
-        self.spread_by(ANY, share, None, &mut excess)?;
-        for (value, excess) in signal.data_mut().iter_mut().zip(excess.data()) {
-            *value += *excess;
+    /// Blends `signal`, premultiplied by `share`, with its `history`, and premultiplies it by `target` in the end. `measured` is
+    /// the variance of its luminance, if that is known; it counts from [`SAMPLES_WITH_VARIANCE`] on.
+    pub(super) fn remember(
+        &mut self,
+        (share, target): (&Image<f32>, &Image<f32>),
+        measured: Option<&Image<f32>>,
+        signal: &mut Image<Vec3>,
+        history: &mut Option<temporal::History>,
+    ) -> Result<Noise> {
+        // What this frame knows nothing of is not a number, which history replaces.
+        for (value, &share) in signal.data_mut().iter_mut().zip(share.data()) {
+            *value = if share > 0.0 { *value / share } else { Vec3::NAN };
+        }
+        let still;
+        let (previous, previous_depth) = match self.motion {
+            Some((previous, depth)) => (previous, depth),
+            None => {
+                *history = None;
+                still = Image::filled(signal.width(), signal.height(), glam::Vec2::NAN);
+                (&still, &self.buffer.depth)
+            }
+        };
+        let guides = temporal::Guides {
+            depth: &self.buffer.depth,
+            normal: &self.buffer.normal,
+            thing: &self.buffer.thing,
+            previous,
+            previous_depth,
+            sharp: Some(&self.buffer.smooth),
+            level: self.level,
+        };
+        let params = temporal::Params { wrap: self.wrap, ..temporal::Params::default() };
+        let few = self.samples < SAMPLES_WITH_VARIANCE;
+        let mut variance = self.device.accumulate(self.stage, &params, &guides, measured.filter(|_| !few), signal, history)?;
+        let frames = |i: usize| history.as_ref().map_or(0, |h| h.length().data()[i]);
+        if few {
+            let rough = variance.data_mut().iter_mut().enumerate().filter(|(i, _)| !self.buffer.smooth.data()[*i]);
+            for (i, variance) in rough {
+                *variance *= (RARE * RARE / frames(i).max(1) as f32).max(1.0);
+            }
+        }
+        let mut known = target.clone();
+        for (i, (value, known)) in signal.data_mut().iter_mut().zip(known.data_mut()).enumerate() {
+            *value *= *known;
+            if frames(i) == 0 {
+                *known = 0.0;
+            }
+        }
+        Ok(Noise { share: known, variance })
+    }
+
+    /// The à-trous filter with this [`atrous::Params::sigma_luminance`].
+    fn spread_by(&mut self, sigma_luminance: f32, noise: &mut Noise, signal: &mut Image<Vec3>) -> Result<()> {
+        let guides = atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal };
+        let params = atrous::Params { wrap: self.wrap, sigma_luminance, ..atrous::Params::default() };
+        self.device.spread(self.stage, &params, &guides, &noise.share, &mut noise.variance, signal)
+    }
+
+    /// The filter for what many paths bring.
+    pub(super) fn spread(&mut self, mut noise: Noise, signal: &mut Image<Vec3>) -> Result<()> {
+        self.spread_by(atrous::Params::default().sigma_luminance, &mut noise, signal)
+    }
+
+    /// The filter for the objects' radiance: a mirror image is sharp from the first sample on.
+    pub(super) fn spread_seen(&mut self, noise: &Noise, signal: &mut Image<Vec3>) -> Result<()> {
+        for smooth in [false, true] {
+            let share = |x, y| if self.buffer.smooth.get(x, y) == smooth { noise.share.get(x, y) } else { 0.0 };
+            let share = Image::from_fn(signal.width(), signal.height(), share);
+            if share.data().iter().any(|&s| s > 0.0) {
+                let sigma = atrous::Params::default().sigma_luminance * if smooth { MIRROR_NOISE } else { 1.0 };
+                self.spread_by(sigma, &mut Noise { share, variance: noise.variance.clone() }, signal)?;
+            }
         }
         Ok(())
     }
 
-    /// The filter for light that many paths bring; `variance` counts from [`SAMPLES_WITH_VARIANCE`] on.
-    fn spread(&mut self, share: &Image<f32>, variance: &mut Image<f32>, signal: &mut Image<Vec3>) -> Result<()> {
-        let sigma = atrous::Params::default().sigma_luminance;
-        if self.samples < SAMPLES_WITH_VARIANCE {
-            self.spread_by(RARE * sigma, share, None, signal)
-        } else {
-            self.spread_by(sigma, share, Some(variance), signal)
-        }
+    /// Takes the fireflies of E_R and spreads their light over the surface.
+    pub(super) fn tame_real(&mut self, real: &mut RealEstimate, warnings: &mut Vec<String>) -> Result<()> {
+        self.tame("irradiance", &real.share, &mut real.irradiance, |_| true, warnings)
     }
 
-    /// The filter for what smooth surfaces mirror.
-    fn spread_mirrored(&mut self, share: &Image<f32>, variance: &mut Image<f32>, signal: &mut Image<Vec3>) -> Result<()> {
-        let variance = (self.samples >= SAMPLES_WITH_VARIANCE).then_some(variance);
-        self.spread_by(MIRROR_NOISE * atrous::Params::default().sigma_luminance, share, variance, signal)
-    }
-
-    /// The à-trous filter with this [`atrous::Params::sigma_luminance`].
-    fn spread_by(
+    /// Spreads over the surface what of the change no few samples can draw: caustics as bright as this, of which a sample meets
+    /// one in thousands. `known` is E_R as history has it, `all` and `part` the shares by which it and the change are premultiplied.
+    pub(super) fn tame_change(
         &mut self,
-        sigma_luminance: f32,
-        share: &Image<f32>,
-        variance: Option<&mut Image<f32>>,
-        signal: &mut Image<Vec3>,
+        (known, all): (&Image<Vec3>, &Image<f32>),
+        part: &Image<f32>,
+        change: &mut Image<Vec3>,
     ) -> Result<()> {
-        let guides = atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal };
-        let params = atrous::Params { wrap: self.wrap, sigma_luminance, ..atrous::Params::default() };
-        self.device.spread(self.stage, &params, &guides, share, variance, signal)
-    }
-
-    /// E_R and E_RV − E_R.
-    pub(super) fn real(&mut self, real: &mut RealEstimate, warnings: &mut Vec<String>) -> Result<()> {
-        let excess = self.clamp_fireflies("irradiance", &real.share, &mut real.irradiance, |_| true, warnings)?;
-        self.spread(&real.share, &mut real.irradiance_variance, &mut real.irradiance)?;
-        if let Some(excess) = excess {
-            self.spread_fireflies(&real.share, excess, &mut real.irradiance)?;
+        if self.samples >= SAMPLES_WITH_VARIANCE {
+            return Ok(());
         }
-        // The change keeps the energy of its fireflies: they are caustics.
-        self.spread(&real.share, &mut real.change_variance, &mut real.change)
+        let mut excess = change.clone();
+        for (i, (value, excess)) in change.data_mut().iter_mut().zip(excess.data_mut()).enumerate() {
+            let (share, all) = (part.data()[i], all.data()[i]);
+            let limit = if all > 0.0 { CAUSTIC * luminance(known.data()[i]) * share / all } else { f32::INFINITY };
+            let bright = luminance(*value).abs();
+            if bright > limit {
+                *value *= limit / bright;
+            }
+            *excess -= *value;
+        }
+        self.spread_excess(part, excess, change)
     }
 
-    /// The objects' radiance, without their base colour.
-    pub(super) fn seen(&mut self, seen: &mut VirtualEstimate, warnings: &mut Vec<String>) -> Result<()> {
+    /// The same for the objects' radiance, which loses its base colour.
+    pub(super) fn tame_seen(&mut self, seen: &mut VirtualEstimate, warnings: &mut Vec<String>) -> Result<()> {
         let rough = |i: usize| !self.buffer.smooth.data()[i];
-        let mut excess = self.clamp_fireflies("object", &seen.coverage, &mut seen.radiance, rough, warnings)?;
-        let albedo = self.buffer.albedo.map(|a| if a.min_element() >= LEAST_ALBEDO { a } else { Vec3::ONE });
-        for layer in [Some(&mut seen.radiance), excess.as_mut()].into_iter().flatten() {
-            layer.data_mut().iter_mut().zip(albedo.data()).for_each(|(radiance, &albedo)| *radiance /= albedo);
+        for (i, radiance) in seen.radiance.data_mut().iter_mut().enumerate() {
+            *radiance /= divided_by(self.buffer.albedo.data()[i]);
         }
-        for (variance, &albedo) in seen.variance.data_mut().iter_mut().zip(albedo.data()) {
-            *variance /= luminance(albedo).powi(2);
+        for (variance, &albedo) in seen.variance.data_mut().iter_mut().zip(self.buffer.albedo.data()) {
+            *variance /= luminance(divided_by(albedo)).powi(2);
         }
-        // A mirror image is sharp from the first sample on.
-        let of_kind = |smooth: bool| {
-            let share = |x, y| if self.buffer.smooth.get(x, y) == smooth { seen.coverage.get(x, y) } else { 0.0 };
-            let share = Image::from_fn(seen.coverage.width(), seen.coverage.height(), share);
-            share.data().iter().any(|&s| s > 0.0).then_some(share)
-        };
-        let (rough, smooth) = (of_kind(false), of_kind(true));
-        if let Some(share) = rough {
-            self.spread(&share, &mut seen.variance, &mut seen.radiance)?;
+        self.tame("object", &seen.coverage, &mut seen.radiance, rough, warnings)
+    }
+
+    /// Gives the objects' radiance its base colour back.
+    pub(super) fn color(&self, radiance: &mut Image<Vec3>) {
+        for (radiance, &albedo) in radiance.data_mut().iter_mut().zip(self.buffer.albedo.data()) {
+            *radiance *= divided_by(albedo);
         }
-        if let Some(share) = smooth {
-            self.spread_mirrored(&share, &mut seen.variance, &mut seen.radiance)?;
+    }
+
+    /// Clamps fireflies and adds what was taken to the pixels that `may_spread`, spread over the surface: it is light all the same.
+    fn tame(
+        &mut self,
+        layer: &str,
+        share: &Image<f32>,
+        signal: &mut Image<Vec3>,
+        may_spread: impl Fn(usize) -> bool,
+        warnings: &mut Vec<String>,
+    ) -> Result<()> {
+        match self.clamp_fireflies(layer, share, signal, may_spread, warnings)? {
+            Some(excess) => self.spread_excess(share, excess, signal),
+            None => Ok(()),
         }
-        if let Some(excess) = excess {
-            self.spread_fireflies(&seen.coverage, excess, &mut seen.radiance)?;
-        }
-        for (radiance, &albedo) in seen.radiance.data_mut().iter_mut().zip(albedo.data()) {
-            *radiance *= albedo;
+    }
+
+    /// Adds `excess` to the signal, spread over the surface.
+    fn spread_excess(&mut self, share: &Image<f32>, mut excess: Image<Vec3>, signal: &mut Image<Vec3>) -> Result<()> {
+        let variance = Image::filled(share.width(), share.height(), 1.0);
+        self.spread_by(ANY, &mut Noise { share: share.clone(), variance }, &mut excess)?;
+        for (value, excess) in signal.data_mut().iter_mut().zip(excess.data()) {
+            *value += *excess;
         }
         Ok(())
     }
@@ -149,25 +235,7 @@ impl Filters<'_> {
     }
 }
 
-/// Blends `signal`, premultiplied by `share`, with its `history`, and premultiplies it by `target` in the end.
-pub(super) fn remember(
-    (device, stage): (&mut Device, &'static str),
-    params: &temporal::Params,
-    guides: &temporal::Guides<'_>,
-    (share, target): (&Image<f32>, &Image<f32>),
-    signal: &mut Image<Vec3>,
-    history: &mut Option<temporal::History>,
-) -> Result<()> {
-    // What this frame knows nothing of is not a number, which history replaces.
-    for (value, &share) in signal.data_mut().iter_mut().zip(share.data()) {
-        *value = if share > 0.0 { *value / share } else { Vec3::NAN };
-    }
-    device.accumulate(stage, params, guides, signal, history)?;
-    for (value, &target) in signal.data_mut().iter_mut().zip(target.data()) {
-        *value *= target;
-    }
-    Ok(())
+/// What radiance is divided by before it is filtered: the base colour, if it is not too dark.
+fn divided_by(albedo: Vec3) -> Vec3 {
+    if albedo.min_element() >= LEAST_ALBEDO { albedo } else { Vec3::ONE }
 }
-
-/// The histories of a frame's signals.
-pub(super) type Histories = Signals<Option<temporal::History>>;

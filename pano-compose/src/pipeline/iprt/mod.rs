@@ -1,8 +1,8 @@
 //! The stages of interactive panoramic ray tracing, between the view of the photo and the composite.
 //!
 //! ```text
-//! G-buffer ─> (mask) ─> real pixels ─> (interpolation) ─> filter ─> history
-//!          ─> update of the panorama ─> virtual pixels ─> filter ─> history
+//! G-buffer ─> (mask) ─> real pixels ─> (interpolation) ─> history ─> filter
+//!          ─> update of the panorama ─> virtual pixels ─> history ─> filter
 //! ```
 //!
 //! The paper filters once, after both passes; here the first pass is filtered before its result is written into the
@@ -18,7 +18,7 @@ use super::device::Device;
 use super::frame::{Filtered, Frame, View};
 use super::{Clock, Error, Result, World};
 use crate::composite::{Irradiance, delta_from_ratio};
-use filter::{Filters, remember};
+use filter::{Filters, Histories};
 use glam::Vec3;
 use pano_core::{
     camera::Projection,
@@ -27,7 +27,6 @@ use pano_core::{
     progress::Progress,
     random::Stream,
 };
-use pano_denoise::temporal;
 use pano_trace::iprt::{self, GBuffer, RealEstimate, Update, UpdatedWorld};
 use pano_trace::sparse;
 use pano_trace::world::CapturedWorld;
@@ -127,7 +126,7 @@ pub(super) fn trace(
 
     let (mut histories, mut update, mut active) = match past_frame {
         Some(past) => (past.histories, past.update, past.active),
-        None => (Signals::<()>::default().map(|()| None), Update::default(), Image::filled(w, h, 0)),
+        None => (Histories::default(), Update::default(), Image::filled(w, h, 0)),
     };
     let levels = if frame.options.settings.sparse && stages.motion.is_some() {
         let (position, normal) = (&stages.buffer.position, &stages.buffer.normal);
@@ -141,23 +140,30 @@ pub(super) fn trace(
         let params = iprt::Params { samples: samples.div_ceil(FIRST_LOOK), ..stages.params };
         // Other random numbers, or the second look would repeat the first one's errors.
         let look = iprt::Frame { stream: Stream { seed: frame.options.seed ^ 0x5bd1_e995, ..traced.stream }, ..traced };
-        let first = stages.real(&look, &params, &update, &levels, None, device, clock, &mut Vec::new(), progress)?;
+        let no_past = &mut Histories::default();
+        let first = stages.real(&look, &params, &update, &levels, no_past, device, clock, &mut Vec::new(), progress)?;
         update = first.update;
     }
-    let real = stages.real(&traced, &stages.params, &update, &levels, Some(&mut histories), device, clock, warnings, progress)?;
+    let real = stages.real(&traced, &stages.params, &update, &levels, &mut histories, device, clock, warnings, progress)?;
     sparse::update_activity(&sparse::Params::default(), &levels, &real.touched, &mut active);
 
     let updated = UpdatedWorld::new(stages.world, traced.capture, &real.update);
     let mut seen = iprt::trace_virtual(&traced, &updated, &stages.params, progress).ok_or(Error::Cancelled)?;
     clock.stage("virtual pixels", stages.pixels, seen.rays);
+    let mut filters = stages.filters(samples, device, "history virtual");
     if frame.options.denoise {
-        stages.filters(samples, device, "filter virtual").seen(&mut seen, warnings)?;
-        clock.stage_on(device.last(), "filter virtual", stages.pixels, 0);
+        filters.tame_seen(&mut seen, warnings)?;
     }
     let coverage = stages.coverage.clone().unwrap_or_else(|| seen.coverage.clone());
-    let place = (&mut *device, "history virtual");
-    stages.remember(place, (&seen.coverage, &coverage), &mut seen.radiance, &mut histories.object)?;
-    clock.stage_on(device.last(), "history virtual", stages.pixels, 0);
+    let shares = (&seen.coverage, &coverage);
+    let noise = filters.remember(shares, Some(&seen.variance), &mut seen.radiance, &mut histories.object)?;
+    clock.stage_on(filters.device.last(), "history virtual", stages.pixels, 0);
+    if frame.options.denoise {
+        filters.stage = "filter virtual";
+        filters.spread_seen(&noise, &mut seen.radiance)?;
+        filters.color(&mut seen.radiance);
+        clock.stage_on(device.last(), "filter virtual", stages.pixels, 0);
+    }
 
     let mut delta = delta_from_ratio(&photo, &real.irradiance.share, &real.ratio);
     delta.data_mut().iter_mut().zip(real.mirror.data()).for_each(|(delta, mirror)| *delta += mirror);
@@ -178,10 +184,11 @@ pub(super) fn trace(
 
 impl Stages<'_> {
     fn filters<'a>(&'a self, samples: u32, device: &'a mut Device, stage: &'static str) -> Filters<'a> {
-        Filters { buffer: &self.buffer, samples, wrap: self.frame.camera.projection == Projection::Panorama, device, stage }
+        let wrap = self.frame.camera.projection == Projection::Panorama;
+        Filters { buffer: &self.buffer, samples, motion: self.motion.as_ref(), level: None, wrap, device, stage }
     }
 
-    /// The first pass with all that belongs to it, in a world as `known` so far; `histories` are left out for a first look.
+    /// The first pass with all that belongs to it, in a world as `known` so far.
     #[expect(clippy::too_many_arguments, reason = "each is another stage's")]
     fn real(
         &self,
@@ -189,7 +196,7 @@ impl Stages<'_> {
         params: &iprt::Params,
         known: &Update,
         levels: &Image<u8>,
-        histories: Option<&mut filter::Histories>,
+        histories: &mut Histories,
         device: &mut Device,
         clock: &mut Clock,
         warnings: &mut Vec<String>,
@@ -203,28 +210,39 @@ impl Stages<'_> {
             self.fill(levels, &mut real, device)?;
             clock.stage_on(device.last(), "interpolation", self.pixels, 0);
         }
-        if self.frame.options.denoise {
-            self.filters(params.samples, device, "filter real").real(&mut real, warnings)?;
-            clock.stage_on(device.last(), "filter real", self.pixels, 0);
-        }
         let share = match &self.coverage {
             Some(coverage) => Image::from_fn(coverage.width(), coverage.height(), |x, y| {
                 if self.buffer.depth.get(x, y).is_finite() { 1.0 - coverage.get(x, y) } else { 0.0 }
             }),
             None => real.share.clone(),
         };
+        let level = Image::from_fn(levels.width(), levels.height(), |x, y| if wanted(x, y) { 0 } else { levels.get(x, y) });
+        let mut filters = Filters { level: Some(&level), ..self.filters(params.samples, device, "history real") };
+        if self.frame.options.denoise {
+            filters.tame_real(&mut real, warnings)?;
+        }
+        let shares = (&real.share, &share);
+        let (all, change) = (&mut histories.irradiance, &mut histories.change);
+        let all = filters.remember(shares, Some(&real.irradiance_variance), &mut real.irradiance, all)?;
+        if self.frame.options.denoise {
+            filters.tame_change((&real.irradiance, &share), &real.share, &mut real.change)?;
+        }
+        let change = filters.remember(shares, Some(&real.change_variance), &mut real.change, change)?;
+        clock.stage_on(filters.device.last(), "history real", self.pixels, 0);
+        if self.frame.options.denoise {
+            filters.stage = "filter real";
+            filters.spread(all, &mut real.irradiance)?;
+            filters.spread(change, &mut real.change)?;
+            clock.stage_on(filters.device.last(), "filter real", self.pixels, 0);
+        }
         let cap = self.frame.options.settings.captured.reflectance_cap;
-        let mut irradiance = Irradiance { share: real.share.clone(), real: real.irradiance, change: real.change };
+        let irradiance = Irradiance { share, real: real.irradiance, change: real.change };
         let gloss = irradiance.gloss(self.lit, &real.mirror, cap)?;
         let mut mirror = irradiance.mirror_delta(self.lit, &gloss, &real.mirrored, &real.mirrored_mixed)?;
-        if let Some(histories) = histories {
-            let shares = (&real.share, &share);
-            self.remember((&mut *device, "history real"), shares, &mut irradiance.real, &mut histories.irradiance)?;
-            self.remember((&mut *device, "history real"), shares, &mut irradiance.change, &mut histories.change)?;
-            self.remember((&mut *device, "history real"), shares, &mut mirror, &mut histories.mirror)?;
-            irradiance.share = share;
-            clock.stage_on(device.last(), "history real", self.pixels, 0);
-        }
+        filters.stage = "history real";
+        let share = &irradiance.share;
+        filters.remember((share, share), None, &mut mirror, &mut histories.mirror)?;
+        clock.stage_on(filters.device.last(), "history real", self.pixels, 0);
         let ratio = irradiance.ratio(self.lit, cap)?;
         let size = self.frame.inputs.photo.size();
         let update = iprt::panorama_update(traced, self.world, &self.buffer, &ratio, &gloss, size);
@@ -238,34 +256,6 @@ impl Stages<'_> {
         let signals =
             &mut [&mut real.irradiance, &mut real.change, &mut real.mirror, &mut real.mirrored, &mut real.mirrored_mixed];
         device.interpolate(levels, shows_real, &mut real.share, signals)
-    }
-
-    /// Blends a signal with its history, where there is a frame before.
-    fn remember(
-        &self,
-        place: (&mut Device, &'static str),
-        shares: (&Image<f32>, &Image<f32>),
-        signal: &mut Image<Vec3>,
-        history: &mut Option<temporal::History>,
-    ) -> Result<()> {
-        let wrap = self.frame.camera.projection == Projection::Panorama;
-        let still;
-        let (previous, previous_depth) = match &self.motion {
-            Some((previous, depth)) => (previous, depth),
-            None => {
-                *history = None;
-                still = Image::filled(signal.width(), signal.height(), glam::Vec2::NAN);
-                (&still, &self.buffer.depth)
-            }
-        };
-        let guides = temporal::Guides {
-            depth: &self.buffer.depth,
-            normal: &self.buffer.normal,
-            thing: &self.buffer.thing,
-            previous,
-            previous_depth,
-        };
-        remember(place, &temporal::Params { wrap, ..temporal::Params::default() }, &guides, shares, signal, history)
     }
 }
 

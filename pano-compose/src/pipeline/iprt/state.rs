@@ -1,7 +1,7 @@
 //! What a sequence carries from frame to frame.
 
+use super::Frame;
 use super::filter::Histories;
-use super::{Frame, Signals};
 use pano_core::{camera::Camera, color::luminance, image::Image, image::RadianceImage};
 use pano_trace::iprt::{Earlier, Update};
 use std::sync::Arc;
@@ -63,13 +63,6 @@ fn is_cut(a: &Arc<RadianceImage>, b: &Arc<RadianceImage>) -> bool {
         sum += f64::from(x + y);
     }
     apart > CUT * sum
-}
-
-impl<T> Signals<T> {
-    /// Applies `f` to each.
-    pub(super) fn map<U>(self, f: impl Fn(T) -> U) -> Signals<U> {
-        Signals { irradiance: f(self.irradiance), change: f(self.change), mirror: f(self.mirror), object: f(self.object) }
-    }
 }
 
 #[cfg(test)]
