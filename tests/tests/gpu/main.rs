@@ -2,6 +2,7 @@
 //! missing adapter is a failure. The adapter and the number of tests that ran on it are printed at the end.
 
 mod atrous;
+mod bsdf;
 mod bvh;
 mod composite;
 mod context;
@@ -41,6 +42,7 @@ fn main() {
         resample::TESTS,
         light::TESTS,
         sparse::TESTS,
+        bsdf::TESTS,
         bvh::TESTS,
         march::TESTS,
         pipeline::TESTS,
