@@ -17,6 +17,7 @@ mod resample;
 mod sparse;
 mod support;
 mod temporal;
+mod trace;
 
 use libtest_mimic::{Arguments, Trial};
 use pano_core::gpu::{Gpu, GpuOptions};
@@ -45,6 +46,7 @@ fn main() {
         bsdf::TESTS,
         bvh::TESTS,
         march::TESTS,
+        trace::TESTS,
         pipeline::TESTS,
     ]
     .concat();

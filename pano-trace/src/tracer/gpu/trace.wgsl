@@ -1,0 +1,589 @@
+// Samples of the path tracers, one invocation a pixel. The CPU's functions call each other; here a loop goes from ray to ray: it asks
+// for what lies on the ray in hand, adds what that comes to (everything counts linearly, so that a factor goes along instead of a
+// sum coming back), and finds the next one. Walks that wait for another to end are few: see `Later` and `Point`. The order of the
+// random numbers is the CPU's.
+
+// What the ray in hand is for.
+const IDLE: u32 = 0u;
+const CAMERA: u32 = 1u;
+// A path's next vertex; a light sample of the environment, or of a shining face.
+const PATH: u32 = 2u;
+const SHADOW: u32 = 3u;
+const AIMED: u32 = 4u;
+// dpt: light that objects may block; a direction in which they may be.
+const BLOCKED: u32 = 5u;
+const CHANGE: u32 = 6u;
+// onepass: a light sample, and a direction, in both scenes.
+const LIGHT_PAIR: u32 = 7u;
+const PAIR: u32 = 8u;
+
+// What is to be done once the answer is known.
+const GO_ON: u32 = 0u;
+const AT_VERTEX: u32 = 1u;
+const AT_POINT: u32 = 2u;
+const AT_PAIR: u32 = 3u;
+const NEXT_STRATEGY: u32 = 4u;
+const FINISHED: u32 = 5u;
+const DONE: u32 = 6u;
+
+// What a ray met first.
+const INFINITY: u32 = 0u;
+const OBJECT: u32 = 1u;
+const REAL: u32 = 2u;
+
+struct First {
+    what: u32,
+    object: Hit,
+    real: RealHit,
+    // Of the ray.
+    direction: vec3f,
+}
+
+// A path under way.
+struct Path {
+    // What its light counts, and what is left of light along it.
+    outer: vec3f,
+    throughput: vec3f,
+    // Density with which its direction was found; negative: light sampling was not tried.
+    found_by: f32,
+    remaining: u32,
+    // Bounces so far; the first of a real surface's own comes before the path's.
+    depth: i32,
+    // Whether it can meet objects.
+    mixed: bool,
+}
+
+// A light sample: what it counts, and the density with which the surface would have found it. What comes after it.
+struct Light {
+    value: vec3f,
+    pdf: f32,
+    distance: f32,
+    next_job: u32,
+    next_origin: vec3f,
+    next_direction: vec3f,
+}
+
+// A walk that begins when the one in hand has ended.
+struct Later {
+    exists: bool,
+    first: First,
+    path: Path,
+}
+
+// The real point whose change is asked for.
+struct Point {
+    x: vec3f,
+    // The next strategy: 0 light, 1 cone, 2 cosine, 3 none.
+    stage: u32,
+    normal: vec3f,
+    cone_rate: f32,
+    // Reflectance/π and what the point itself counts.
+    scale: vec3f,
+    light_rate: f32,
+    u: vec4f,
+    cosine_rate: f32,
+    bounces: u32,
+    second_order: bool,
+}
+
+fn path_of(outer: vec3f, bounces: u32, mixed: bool) -> Path {
+    return Path(outer, vec3f(1.0), -1.0, bounces, 0, mixed);
+}
+
+fn balance(mine: f32, other: f32) -> f32 {
+    return select(0.0, mine / (mine + other), mine > 0.0);
+}
+
+// Share of light samples aimed at the real world; the others are aimed at shining objects.
+fn world_share(mixed: bool) -> f32 {
+    if !EMITTERS || !mixed {
+        return 1.0;
+    }
+    return select(0.0, 0.5, LIT);
+}
+
+// Weight of what a path meets against the light samples that could have found it.
+fn weight_of(path: Path, first: First) -> f32 {
+    if path.found_by < 0.0 || MIS == BSDF_ONLY {
+        return 1.0;
+    }
+    if MIS == LIGHT_ONLY {
+        return 0.0;
+    }
+    let share = world_share(path.mixed);
+    var other = 0.0;
+    if first.what == INFINITY {
+        other = share * environment_pdf(params.world, first.direction);
+    } else if EMITTERS && first.what == OBJECT && share < 1.0 {
+        other = (1.0 - share) * emitter_pdf(objects(), first.object, first.direction);
+    }
+    return balance(path.found_by, other);
+}
+
+// Factors of the light that is blocked and of the light that an object sends instead; see `Tracer::weights`.
+struct Weights {
+    blocked: f32,
+    sent: f32,
+    light_finds_it: bool,
+}
+
+fn weights_of(point: Point, aim: ptr<function, Aim>, d: vec3f, cosine: f32, open: bool) -> Weights {
+    let by_aim = point.cone_rate * aim_pdf(aim, d) + point.cosine_rate * cosine / PI;
+    var by_light = 0.0;
+    if open {
+        by_light = point.light_rate * environment_pdf(params.world, d);
+    }
+    var all_ = by_aim + by_light;
+    if MIS == LIGHT_ONLY && by_light > 0.0 {
+        all_ = by_light;
+    }
+    if by_aim <= 0.0 || !is_finite(all_) {
+        return Weights(0.0, 0.0, false);
+    }
+    return Weights(1.0 / all_, 1.0 / by_aim, by_light > 0.0);
+}
+
+@compute @workgroup_size(8, 8)
+fn trace(@builtin(global_invocation_id) id: vec3u) {
+    if !is_held(params.rows, id) {
+        return;
+    }
+    let texel = texel_of(params.rows, id);
+    let index = index_of(params.rows, texel);
+    var pixel = pixels[index];
+    let end = min(params.end, pixel.most);
+    var number = params.begin;
+    if number >= end {
+        return;
+    }
+
+    var sampler: Sampler;
+    var total = vec3f(0.0);
+    var is_object = false;
+    var origin = vec3f(0.0);
+    var direction = vec3f(0.0);
+    var limit = NEVER;
+    var job = IDLE;
+    var path = path_of(vec3f(0.0), 0u, false);
+    var light: Light;
+    var later: Later;
+    var point: Point;
+    point.stage = 3u;
+    var aim: Aim;
+    // How the point's strategies are used.
+    var effort = 1.0;
+    var least = LEAST_EFFORT;
+    var boost = 1.0;
+    var fresh = true;
+
+    loop {
+        if fresh {
+            fresh = false;
+            sampler = sampler_of(vec2u(texel), number, params.frame, params.seed);
+            total = vec3f(0.0);
+            is_object = false;
+            let jitter = next_4d(&sampler);
+            origin = params.position;
+            direction = camera_direction(vec2f(texel) + jitter.xy);
+            limit = NEVER;
+            job = CAMERA;
+            path.mixed = pixel.mixed == 1u;
+        }
+
+        // What lies on the ray.
+        var object = Hit(limit, 0.0, 0.0, NOTHING, 0u);
+        var real: RealHit;
+        if job != IDLE {
+            let any_hit = job == SHADOW || job == BLOCKED || job == LIGHT_PAIR;
+            let on_path = job == CAMERA || job == PATH || job == SHADOW;
+            if path.mixed || !on_path {
+                object = trace_ray(params.roots.x, origin, direction, limit, any_hit);
+            }
+            let met = object.instance != NOTHING;
+            var asks = true;
+            if job == SHADOW {
+                asks = !met;
+            } else if job == BLOCKED || job == LIGHT_PAIR || (job == CHANGE && !(point.stage == 3u && point.second_order)) {
+                asks = met;
+            }
+            if asks {
+                let up_to = select(NEVER, object.t, on_path || job == AIMED);
+                real = world_hit(params.world, params.roots.y, origin, direction, select(up_to, NEVER, any_hit));
+            }
+            pixel.rays += 1u;
+            if (job == BLOCKED || job == CHANGE) && asks {
+                pixel.rays += 1u;
+            } else if job == LIGHT_PAIR || job == PAIR {
+                pixel.rays += 1u;
+            }
+        }
+        let met = object.instance != NOTHING;
+        var first = First(INFINITY, object, real, direction);
+        if real.exists && (!met || real.t < object.t) {
+            first.what = REAL;
+        } else if met {
+            first.what = OBJECT;
+        }
+
+        // What that comes to.
+        var then = GO_ON;
+        switch job {
+            case CAMERA: {
+                then = DONE;
+                if first.what == OBJECT {
+                    is_object = true;
+                    path = path_of(vec3f(1.0), params.bounces, true);
+                    then = AT_VERTEX;
+                } else if first.what == REAL {
+                    path = path_of(vec3f(1.0), params.bounces, true);
+                    if METHOD == DPT {
+                        effort = 1.0;
+                        least = LEAST_EFFORT;
+                        boost = pixel.boost;
+                        then = AT_POINT;
+                    } else if METHOD == ONE_PASS {
+                        then = AT_PAIR;
+                    } else if METHOD == TWO_PASS {
+                        path.depth = -1;
+                        later = Later(true, first, path);
+                        later.path.outer = vec3f(-1.0);
+                        later.path.mixed = false;
+                        then = AT_VERTEX;
+                    }
+                }
+            }
+            case PATH: {
+                then = AT_VERTEX;
+            }
+            case SHADOW: {
+                let pdf = world_share(path.mixed) * environment_pdf(params.world, direction);
+                if first.what == INFINITY && pdf > 0.0 {
+                    let density = select(pdf, pdf + light.pdf, MIS == BALANCE);
+                    total += light.value * environment_look(params.world, direction) / density;
+                }
+            }
+            case AIMED: {
+                if EMITTERS && first.what == OBJECT && object.t >= light.distance * 0.999 {
+                    let pdf = (1.0 - world_share(path.mixed)) * emitter_pdf(objects(), object, direction);
+                    if pdf > 0.0 {
+                        let density = select(pdf, pdf + light.pdf, MIS == BALANCE);
+                        total += light.value * surface_at(objects(), object, direction).emission / density;
+                    }
+                }
+            }
+            case BLOCKED: {
+                if METHOD == DPT && met && !real.exists {
+                    let cosine = dot(direction, point.normal);
+                    let weights = weights_of(point, &aim, direction, cosine, true);
+                    total -= point.scale * environment_look(params.world, direction) * (cosine * weights.blocked);
+                }
+                then = NEXT_STRATEGY;
+            }
+            case CHANGE: {
+                then = NEXT_STRATEGY;
+                let cosine = dot(direction, point.normal);
+                if METHOD == DPT && first.what == OBJECT {
+                    let weights = weights_of(point, &aim, direction, cosine, !real.exists);
+                    let scale = point.scale * cosine;
+                    let blocks = weights.blocked > 0.0 && !(MIS == LIGHT_ONLY && weights.light_finds_it);
+                    if blocks && !real.exists {
+                        total -= scale * environment_look(params.world, direction) * weights.blocked;
+                    }
+                    if weights.sent > 0.0 {
+                        path = path_of(scale * weights.sent, point.bounces - 1u, true);
+                        then = AT_VERTEX;
+                    }
+                    if blocks && real.exists {
+                        // The light behind the object comes first.
+                        later = Later(then == AT_VERTEX, first, path);
+                        path = path_of(-scale * weights.blocked, point.bounces - 1u, false);
+                        first.what = REAL;
+                        then = AT_VERTEX;
+                    }
+                } else if METHOD == DPT && first.what == REAL && point.stage == 3u && point.second_order {
+                    path = path_of(point.scale * (PI / point.cosine_rate), point.bounces - 1u, true);
+                    effort = 0.5;
+                    least = LEAST_EFFORT_ONCE;
+                    boost = 1.0;
+                    then = AT_POINT;
+                }
+            }
+            case LIGHT_PAIR: {
+                if METHOD == ONE_PASS && met && !real.exists {
+                    let pdf = environment_pdf(params.world, direction);
+                    if pdf > 0.0 {
+                        let weight = select(1.0, balance(pdf, light.pdf), MIS == BALANCE);
+                        total -= light.value * environment_look(params.world, direction) * (weight / pdf);
+                    }
+                }
+            }
+            case PAIR: {
+                then = FINISHED;
+                let bounces = path.remaining - 1u;
+                if METHOD == ONE_PASS && first.what == OBJECT {
+                    let outer = path.outer;
+                    if real.exists {
+                        later = Later(true, first, path_of(-outer, bounces, false));
+                        later.first.what = REAL;
+                    } else {
+                        var seen = path;
+                        seen.mixed = false;
+                        let weight = weight_of(seen, First(INFINITY, object, real, direction));
+                        total -= outer * environment_look(params.world, direction) * weight;
+                    }
+                    path = path_of(outer, bounces, true);
+                    then = AT_VERTEX;
+                } else if METHOD == ONE_PASS && first.what == REAL && bounces > 0u {
+                    path = path_of(path.outer, bounces, true);
+                    then = AT_PAIR;
+                }
+            }
+            default: {
+                then = FINISHED;
+            }
+        }
+        if job == SHADOW || job == AIMED || job == LIGHT_PAIR {
+            job = light.next_job;
+            origin = light.next_origin;
+            direction = light.next_direction;
+            limit = NEVER;
+        }
+
+        if then == FINISHED {
+            then = select(DONE, NEXT_STRATEGY, METHOD == DPT);
+            if later.exists {
+                later.exists = false;
+                first = later.first;
+                path = later.path;
+                then = AT_VERTEX;
+            }
+        }
+        if METHOD == DPT && then == AT_POINT {
+            let hit = first.real;
+            point.x = world_leave(hit);
+            point.normal = hit.normal;
+            point.bounces = path.remaining;
+            point.second_order = SECOND_ORDER && path.remaining >= 2u;
+            point.stage = 3u;
+            then = NEXT_STRATEGY;
+            aim = aim_at(point.x, point.normal);
+            let nothing = aim.count == 0u && !aim.inside;
+            if !nothing || point.second_order || EVERYWHERE {
+                let reflectance = world_reflectance(params.world, hit);
+                point.scale = path.outer * reflectance / PI;
+                if any(reflectance != vec3f(0.0)) {
+                    point.stage = 0u;
+                    point.cosine_rate = 0.0;
+                    if aim.inside || MIS == BSDF_ONLY || EVERYWHERE {
+                        point.cosine_rate = effort;
+                    } else if point.second_order {
+                        point.cosine_rate = effort * min(SECOND_ORDER_EFFORT * boost, 1.0);
+                    }
+                    point.cone_rate = 0.0;
+                    if aim.count > 0u && MIS != BSDF_ONLY {
+                        point.cone_rate = effort * min(boost * max(aim.form_factor / FULL_EFFORT, least), 1.0);
+                    }
+                    point.light_rate = select(effort, 0.0, (nothing && !EVERYWHERE) || MIS == BSDF_ONLY);
+                    point.u = next_4d(&sampler);
+                }
+            }
+        }
+        if METHOD == DPT && then == NEXT_STRATEGY {
+            then = DONE;
+            while point.stage < 3u && then == DONE {
+                let stage = point.stage;
+                point.stage += 1u;
+                var d = vec3f(0.0);
+                var exists = false;
+                if stage == 0u {
+                    if point.u.z < point.light_rate {
+                        let sample = environment_sample(params.world, point.u.xy);
+                        d = sample.direction;
+                        exists = sample.exists && (EVERYWHERE || aim_meets(&aim, d));
+                    }
+                } else if stage == 1u {
+                    if point.u.w < point.cone_rate {
+                        let v = next_4d(&sampler);
+                        d = aim_sample(&aim, v.xy, v.z);
+                        exists = true;
+                    }
+                } else if point.cosine_rate > 0.0 {
+                    let w = next_4d(&sampler);
+                    exists = w.z < point.cosine_rate;
+                    let disc = concentric_disc(w.xy);
+                    let up = sqrt(max(1.0 - dot(disc, disc), 0.0));
+                    d = tangent_of(point.normal) * disc.x + bitangent_of(point.normal) * disc.y + point.normal * up;
+                }
+                if exists && dot(d, point.normal) > 0.0 {
+                    origin = point.x;
+                    direction = d;
+                    limit = NEVER;
+                    job = select(CHANGE, BLOCKED, stage == 0u);
+                    then = GO_ON;
+                }
+            }
+        }
+        if then == DONE {
+            if is_finite3(total) {
+                pixel.object += select(vec3f(0.0), total, is_object);
+                pixel.delta += select(total, vec3f(0.0), is_object);
+            } else {
+                pixel.discarded += 1u;
+            }
+            pixel.covered += select(0u, 1u, is_object);
+            number += 1u;
+            if number >= end {
+                break;
+            }
+            fresh = true;
+            continue;
+        }
+
+        if METHOD == ONE_PASS && then == AT_PAIR {
+            // Both scenes share their directions; `remaining` counts this bounce as well.
+            let hit = first.real;
+            let bsdf = bsdf_lambert(world_reflectance(params.world, hit), hit.normal, hit.normal);
+            let from_ = world_leave(hit);
+            let u = next_4d(&sampler);
+            job = IDLE;
+            light.next_job = IDLE;
+            if MIS != BSDF_ONLY {
+                let sample = environment_sample(params.world, u.xy);
+                if sample.exists {
+                    let value = bsdf_eval(bsdf, sample.direction);
+                    if value.pdf > 0.0 {
+                        job = LIGHT_PAIR;
+                        direction = sample.direction;
+                        light.value = path.outer * value.f_cos;
+                        light.pdf = value.pdf;
+                    } else {
+                        pixel.rays += 2u;
+                    }
+                }
+            }
+            let sample = bsdf_sample(bsdf, next_4d(&sampler));
+            if sample.exists {
+                path.outer *= sample.weight;
+                path.found_by = sample.pdf;
+                light.next_job = PAIR;
+                light.next_direction = sample.direction;
+                light.next_origin = from_;
+            }
+            if job == IDLE {
+                job = light.next_job;
+                direction = light.next_direction;
+            }
+            origin = from_;
+            limit = NEVER;
+        }
+        if then == AT_VERTEX {
+            job = IDLE;
+            let weight = weight_of(path, first);
+            let scale = path.outer * path.throughput;
+            if first.what == INFINITY {
+                total += scale * environment_look(params.world, first.direction) * weight;
+                continue;
+            }
+            var bsdf: Bsdf;
+            var position: vec3f;
+            let on_object = first.what == OBJECT;
+            if on_object {
+                let surface = surface_at(objects(), first.object, first.direction);
+                if METHOD != IBL {
+                    path.throughput *= surface.transmittance;
+                }
+                total += path.outer * path.throughput * surface.emission * weight;
+                bsdf = bsdf_at(surface.material, surface.geometric, surface.normal, -first.direction);
+                position = surface.position;
+            } else {
+                bsdf = bsdf_lambert(world_reflectance(params.world, first.real), first.real.normal, -first.direction);
+                position = world_leave(first.real);
+            }
+            if path.remaining == 0u {
+                continue;
+            }
+            light.next_job = IDLE;
+            if !bsdf_is_specular(bsdf) && (MIS != BSDF_ONLY || METHOD == IBL) {
+                let u = next_4d(&sampler);
+                let share = world_share(path.mixed);
+                if METHOD == IBL {
+                    // Nothing blocks the light.
+                    let sample = environment_sample(params.world, u.xy);
+                    let pdf = environment_pdf(params.world, sample.direction);
+                    if sample.exists && pdf > 0.0 {
+                        let value = bsdf_eval(bsdf, sample.direction);
+                        total += value.f_cos * environment_look(params.world, sample.direction) / (pdf + value.pdf);
+                    }
+                } else if EMITTERS && u.z >= share {
+                    let picked = vec4f(u.xy, (u.z - share) / (1.0 - share), u.w);
+                    let sample = emitter_sample(objects(), position, picked);
+                    if sample.exists {
+                        origin = position;
+                        if on_object {
+                            origin = offset_point(position, bsdf_offset_normal(bsdf, sample.direction));
+                        }
+                        let to = sample.point - origin;
+                        light.distance = length(to);
+                        direction = to / light.distance;
+                        limit = light.distance * 1.001;
+                        job = AIMED;
+                    }
+                } else {
+                    let sample = environment_sample(params.world, u.xy);
+                    if sample.exists {
+                        direction = sample.direction;
+                        origin = position;
+                        if on_object {
+                            origin = offset_point(position, bsdf_offset_normal(bsdf, direction));
+                        }
+                        limit = NEVER;
+                        job = SHADOW;
+                    }
+                }
+                if job != IDLE {
+                    let value = bsdf_eval(bsdf, direction);
+                    light.value = path.outer * path.throughput * value.f_cos;
+                    light.pdf = value.pdf;
+                    if all(value.f_cos == vec3f(0.0)) {
+                        job = IDLE;
+                    }
+                }
+            }
+            let sample = bsdf_sample(bsdf, next_4d(&sampler));
+            if sample.exists {
+                path.throughput *= sample.weight;
+                var survives = any(path.throughput != vec3f(0.0));
+                if METHOD == IBL {
+                    survives = false;
+                    var share = 1.0;
+                    if !sample.specular {
+                        share = balance(sample.pdf, environment_pdf(params.world, sample.direction));
+                    }
+                    total += sample.weight * environment_look(params.world, sample.direction) * share;
+                } else if path.depth >= i32(ROULETTE_FROM) {
+                    let chance = min(most_of(path.throughput), 1.0);
+                    survives = survives && next_4d(&sampler).x < chance;
+                    path.throughput /= chance;
+                }
+                if survives {
+                    path.found_by = select(sample.pdf, -1.0, sample.specular);
+                    path.remaining -= 1u;
+                    path.depth += 1;
+                    light.next_job = PATH;
+                    light.next_direction = sample.direction;
+                    light.next_origin = position;
+                    if on_object {
+                        light.next_origin = offset_point(position, bsdf_offset_normal(bsdf, sample.direction));
+                    }
+                }
+            }
+            if job == IDLE && light.next_job != IDLE {
+                job = PATH;
+                origin = light.next_origin;
+                direction = light.next_direction;
+                limit = NEVER;
+            }
+        }
+    }
+    pixels[index] = pixel;
+}
