@@ -1,3 +1,6 @@
+// Any object has a texture.
+override TEXTURES: bool = true;
+
 // What a hit on an object means: position, normals, material, light of its own; see objects/surface.rs and emitters.rs. A shader
 // that includes this says in `tables` where the tables begin.
 
@@ -19,6 +22,52 @@ fn face_corner(indices: u32, positions: u32, face: u32, corner: u32) -> vec3f {
 // Barycentric mean of per-vertex vectors.
 fn interpolated(a: vec3f, b: vec3f, c: vec3f, u: f32, v: f32) -> vec3f {
     return a * (1.0 - u - v) + b * u + c * v;
+}
+
+fn uv_at(i: u32) -> vec2f {
+    return vec2f(number_at(i), number_at(i + 1u));
+}
+
+// A coordinate in texels, of one period.
+fn texture_fold(t: f32, wrap: u32, n: i32) -> f32 {
+    if wrap == CLAMP {
+        return clamp(t, 0.0, 1.0) * f32(n) - 0.5;
+    }
+    let period = select(1.0, 2.0, wrap == MIRROR);
+    return (t - period * floor(t / period)) * f32(n) - 0.5;
+}
+
+// The column or row that shows at `i`.
+fn texture_index(i: i32, wrap: u32, n: i32) -> i32 {
+    if wrap == CLAMP {
+        return clamp(i, 0, n - 1);
+    }
+    let period = select(n, 2 * n, wrap == MIRROR);
+    let folded = ((i % period) + period) % period;
+    return min(folded, select(folded, 2 * n - 1 - folded, wrap == MIRROR));
+}
+
+// Bilinear lookup; see pano_core::texture.
+fn texture_look(texture: u32, mesh_uv: vec2f) -> vec3f {
+    let size = vec2i(i32(word(texture + 1u)), i32(word(texture + 2u)));
+    let wrap = vec2u(word(texture + 3u), word(texture + 4u));
+    var uv = uv_at(texture + 5u) * mesh_uv.x + uv_at(texture + 7u) * mesh_uv.y + uv_at(texture + 9u);
+    if !is_finite(uv.x) || !is_finite(uv.y) {
+        uv = vec2f(0.0);
+    }
+    let at = vec2f(texture_fold(uv.x, wrap.x, size.x), texture_fold(uv.y, wrap.y, size.y));
+    let whole = floor(at);
+    let fraction = at - whole;
+    var sum = vec3f(0.0);
+    for (var k = 0; k < 4; k++) {
+        let d = vec2i(k % 2, k / 2);
+        let x = texture_index(i32(whole.x) + d.x, wrap.x, size.x);
+        let y = texture_index(i32(whole.y) + d.y, wrap.y, size.y);
+        let texel = word(texture) + 2u * u32(y * size.x + x);
+        let weights = select(vec2f(1.0) - fraction, fraction, d == vec2i(1));
+        sum += vec3f(unpack2x16unorm(word(texel)), unpack2x16unorm(word(texel + 1u)).x) * (weights.x * weights.y);
+    }
+    return sum * number_at(texture + 11u);
 }
 
 struct Surface {
@@ -65,18 +114,59 @@ fn surface_at(tables: ObjectTables, hit: Hit, direction: vec3f) -> Surface {
     if ids != NOTHING {
         id = word(ids + hit.face);
     }
-    let m = word(at + 25u) + MATERIAL_WORDS * min(id, word(at + 26u) - 1u);
+    let m = word(at + 26u) + MATERIAL_WORDS * min(id, word(at + 27u) - 1u);
     s.material.base_color = vec3_at(m);
-    s.material.metallic = number_at(m + 3u);
     s.material.specular_color = vec3_at(m + 4u);
     s.material.specular = number_at(m + 7u);
-    s.material.alpha = number_at(m + 8u);
     s.material.ior = number_at(m + 9u);
     s.material.transmission = number_at(m + 10u);
     s.material.thin = word(m + 11u) != 0u;
     s.material.coat = word(m + 12u);
+    var metallic = number_at(m + 3u);
+    var roughness = number_at(m + 8u);
+    var emissive = vec3_at(m + 17u);
+    let uvs = word(at + 25u);
+    if TEXTURES {
+        var uv = vec2f(0.0);
+        var from_ = mat3x2f(vec2f(0.0), vec2f(0.0), vec2f(0.0));
+        if uvs != NOTHING {
+            for (var k = 0u; k < 3u; k++) {
+                from_[k] = uv_at(uvs + 2u * word(indices + 3u * hit.face + k));
+            }
+            uv = from_ * vec3f(1.0 - hit.u - hit.v, hit.u, hit.v);
+        }
+        for (var k = 0u; k < 4u; k++) {
+            let texture = word(m + 20u + k);
+            if texture == NOTHING || (k == 3u && uvs == NOTHING) {
+                continue;
+            }
+            let look = texture_look(texture, uv);
+            if k == 0u {
+                s.material.base_color *= look;
+            } else if k == 1u {
+                metallic *= look.z;
+                roughness *= look.y;
+            } else if k == 2u {
+                emissive *= look;
+            } else {
+                // glTF's tangent frame: where u and -v grow.
+                let d1 = from_[1] - from_[0];
+                let d2 = from_[2] - from_[0];
+                let det = d1.x * d2.y - d1.y * d2.x;
+                let t = normalized_or(world_from_mesh * (((b - a) * d2.y - (c - a) * d1.y) / det), vec3f(0.0));
+                let u = normalized_or(world_from_mesh * (((b - a) * d2.x - (c - a) * d1.x) / det), vec3f(0.0));
+                if abs(det) > 1e-20 && any(t != vec3f(0.0)) && any(u != vec3f(0.0)) {
+                    let n = look * 2.0 - 1.0;
+                    let scale = number_at(m + 24u);
+                    s.normal = normalized_or(t * (n.x * scale) + u * (n.y * scale) + s.normal * n.z, s.normal);
+                }
+            }
+        }
+    }
+    s.material.metallic = clamp(metallic, 0.0, 1.0);
+    s.material.alpha = clamp(roughness * roughness, 0.0, 1.0);
     s.outside = dot(s.geometric, direction) < 0.0;
-    s.emission = select(vec3f(0.0), vec3_at(m + 17u), s.outside);
+    s.emission = select(vec3f(0.0), emissive, s.outside);
     s.transmittance = vec3f(1.0);
     let distance = number_at(m + 16u);
     if BODIES && !s.outside && s.material.transmission > 0.0 && !s.material.thin && distance > 0.0 {
@@ -106,7 +196,7 @@ fn emitter_sample(tables: ObjectTables, at: vec3f, u: vec4f) -> EmitterSample {
 
 // Density per steradian with which `emitter_sample` finds the point that a ray along `direction` has hit.
 fn emitter_pdf(tables: ObjectTables, hit: Hit, direction: vec3f) -> f32 {
-    let ranks = word(tables.objects + OBJECT_WORDS * hit.instance + 27u);
+    let ranks = word(tables.objects + OBJECT_WORDS * hit.instance + 28u);
     if ranks == NOTHING {
         return 0.0;
     }

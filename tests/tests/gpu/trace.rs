@@ -1,12 +1,12 @@
 //! The path tracers.
 
 use crate::Test;
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use glam::{Affine2, Affine3A, Quat, Vec2, Vec3};
 use pano_core::builtin::primitives;
 use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
 use pano_core::gpu::{Gpu, GpuError, GpuOptions};
 use pano_core::image::{Image, RadianceImage};
-use pano_core::material::Material;
+use pano_core::material::{Material, Texture, Wrap};
 use pano_core::progress::Silent;
 use pano_core::random::Stream;
 use pano_tests::random::Random;
@@ -21,6 +21,7 @@ pub(crate) const TESTS: &[Test] = &[
     ("trace::frames_equal_the_cpu", frames_equal_the_cpu),
     ("trace::strategies_equal_the_cpu", strategies_equal_the_cpu),
     ("trace::odd_scenes_equal_the_cpu", odd_scenes_equal_the_cpu),
+    ("trace::textures_equal_the_cpu", textures_equal_the_cpu),
     ("trace::bands_and_submissions_make_no_difference", bands_and_submissions_make_no_difference),
     ("trace::what_is_missing_is_told", what_is_missing_is_told),
 ];
@@ -159,21 +160,25 @@ fn assert_same(what: &str, got: &Traced, want: &Traced) {
         want.rays
     );
     assert!(off.len() * 100 <= size.0 * size.1, "{what}: {} pixels are off: {off:?}", off.len());
-    assert!(rest < 2e-4, "{what}: {rest}");
+    assert!(rest < 2e-5, "{what}: {rest}");
     assert!(got.rays.abs_diff(want.rays) * 200 <= want.rays, "{what}: {} rays, not {}", got.rays, want.rays);
 }
 
 fn frames_equal_the_cpu(gpu: &Gpu) {
     let camera = view(37, 26);
-    for (i, world) in worlds(30.0).iter().enumerate() {
-        for (kind, objects) in [("all kinds", of_all_kinds()), ("plain", plain())] {
-            for method in METHODS {
-                let params = TraceParams { method, samples: 4, bounces: 3, ..TraceParams::default() };
-                let [got, want] = both(gpu, &camera, &objects, world, &params);
-                let lit = want.layers.object.data().iter().chain(want.layers.delta.data()).filter(|p| p.length() > 0.01).count();
-                assert!(lit > 30, "{method:?}: {lit} pixels are lit");
-                assert_same(&format!("{method:?}, world {i}, {kind}"), &got, &want);
-            }
+    // Compiling takes the longest: not every pair of method and world.
+    let frames: [(Objects, &[Method]); 3] = [
+        (of_all_kinds(), &METHODS),
+        (plain(), &[Method::OnePass, Method::Dpt]),
+        (of_all_kinds(), &[Method::TwoPass, Method::Dpt]),
+    ];
+    for (i, (world, (objects, methods))) in worlds(30.0).iter().zip(&frames).enumerate() {
+        for &method in *methods {
+            let params = TraceParams { method, samples: 4, bounces: 3, ..TraceParams::default() };
+            let [got, want] = both(gpu, &camera, objects, world, &params);
+            let lit = want.layers.object.data().iter().chain(want.layers.delta.data()).filter(|p| p.length() > 0.01).count();
+            assert!(lit > 100, "{method:?}: {lit} pixels are lit");
+            assert_same(&format!("{method:?}, world {i}"), &got, &want);
         }
     }
 }
@@ -203,13 +208,11 @@ fn odd_scenes_equal_the_cpu(gpu: &Gpu) {
     assert_same("one pixel", &got, &want);
 
     let floor = plane(Vec3::ZERO, Quat::IDENTITY, GREY);
-    let black = under(RadianceImage::filled(2, 1, Vec3::ZERO), &[floor.clone()]);
-    for (kind, objects) in [("shining", of_all_kinds()), ("dark", plain())] {
-        for method in METHODS {
-            let params = TraceParams { method, samples: 3, bounces: 2, ..TraceParams::default() };
-            let [got, want] = both(gpu, &view(20, 14), &objects, &black, &params);
-            assert_same(&format!("{method:?} in the dark, {kind}"), &got, &want);
-        }
+    let black = under(RadianceImage::filled(2, 1, Vec3::ZERO), std::slice::from_ref(&floor));
+    for (objects, method) in [(of_all_kinds(), Method::OnePass), (of_all_kinds(), Method::Dpt), (plain(), Method::Ibl)] {
+        let params = TraceParams { method, samples: 3, bounces: 2, ..TraceParams::default() };
+        let [got, want] = both(gpu, &view(20, 14), &objects, &black, &params);
+        assert_same(&format!("{method:?} in the dark"), &got, &want);
     }
     let empty = under(sky(4.0), &[]);
     let [got, want] = both(gpu, &view(20, 14), &of_all_kinds(), &empty, &TraceParams { samples: 4, ..TraceParams::default() });
@@ -235,6 +238,58 @@ fn odd_scenes_equal_the_cpu(gpu: &Gpu) {
     many[1].world_from_mesh = Affine3A::from_scale(Vec3::splat(5.0));
     let [got, want] = both(gpu, &view(30, 20), &Objects::new(&many), &worlds(3.0)[1], &params);
     assert_same("inside", &got, &want);
+}
+
+/// A picture of noise, as a texture that wraps in any way.
+fn noise(random: &mut Random, (width, height): (usize, usize), least: f32, wrap: [Wrap; 2]) -> Option<Texture> {
+    let picture = Image::from_fn(width, height, |_, _| random.color(least, 1.0).extend(1.0));
+    let mut texture = Texture::new(Arc::new(picture));
+    [texture.wrap_u, texture.wrap_v] = wrap;
+    texture.texture_from_mesh = Affine2::from_scale_angle_translation(Vec2::new(3.0, 2.5), 0.4, Vec2::new(-0.7, 0.3));
+    Some(texture)
+}
+
+/// Every texture in every way to wrap, on faces with a normal and on faces without, and an object without texture coordinates.
+fn textures_equal_the_cpu(gpu: &Gpu) {
+    let mut random = Random::new(61);
+    let mut material = |wrap: [Wrap; 2]| Material {
+        base_color: Vec3::ONE,
+        base_color_texture: noise(&mut random, (7, 5), 0.1, wrap),
+        metallic: 0.8,
+        roughness: 0.9,
+        metallic_roughness_texture: noise(&mut random, (4, 4), 0.3, wrap),
+        emissive: Vec3::new(0.4, 0.1, 0.0),
+        emissive_texture: noise(&mut random, (2, 1), 0.0, wrap),
+        normal_texture: noise(&mut random, (6, 3), 0.4, wrap),
+        normal_scale: 0.6,
+        ..Material::default()
+    };
+    let materials = [
+        material([Wrap::Repeat, Wrap::Mirror]),
+        material([Wrap::Mirror, Wrap::Clamp]),
+        material([Wrap::Clamp, Wrap::Repeat]),
+        Material::diffuse(Vec3::splat(0.5)),
+    ];
+    let mut bare = primitives::icosphere(1.0, 1);
+    bare.uvs.clear();
+    let bare = Arc::new(PreparedMesh::new(bare).unwrap());
+    let mesh = Arc::new(PreparedMesh::new(primitives::icosphere(1.0, 2)).unwrap());
+    let place = |i: usize| Placement {
+        mesh: if i == 1 { bare.clone() } else { mesh.clone() },
+        world_from_mesh: Affine3A::from_scale_rotation_translation(
+            Vec3::splat(0.35),
+            Quat::from_rotation_y(i as f32),
+            Vec3::new(0.8 * i as f32 - 1.2, 0.4, -0.6),
+        ),
+        material: Some(materials[i].clone()),
+    };
+    let objects = Objects::new(&(0..4).map(place).collect::<Vec<_>>());
+    assert!(objects.textured());
+    for method in [Method::Ibl, Method::Dpt] {
+        let params = TraceParams { method, samples: 8, bounces: 2, ..TraceParams::default() };
+        let [got, want] = both(gpu, &view(48, 32), &objects, &worlds(3.0)[0], &params);
+        assert_same(&format!("{method:?} with textures"), &got, &want);
+    }
 }
 
 /// More pixels than one submission takes, and more samples.
@@ -267,8 +322,8 @@ fn bands_and_submissions_make_no_difference(gpu: &Gpu) {
 
 fn what_is_missing_is_told(_: &Gpu) {
     let adaptive = TraceParams { error_target: Some(0.1), ..TraceParams::default() };
-    assert_eq!(gpu::missing(&plain(), &adaptive), Some(Missing::AdaptiveSampling));
-    assert_eq!(gpu::missing(&plain(), &TraceParams::default()), None);
+    assert_eq!(gpu::missing(&adaptive), Some(Missing::AdaptiveSampling));
+    assert_eq!(gpu::missing(&TraceParams::default()), None);
     let small = Gpu::new(&GpuOptions { max_binding: Some(3000), ..GpuOptions::default() }).unwrap();
     let (camera, objects) = (view(4, 4), plain());
     let frame = Frame { camera: &camera, objects: &objects, stream: Stream::default() };

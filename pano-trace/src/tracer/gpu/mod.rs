@@ -140,6 +140,7 @@ const LEAST: &[(&str, f64)] = &[
     ("PROXY_MESHES", 0.0),
     ("FROM_PICTURE", 0.0),
     ("EMITTERS", 0.0),
+    ("TEXTURES", 0.0),
     ("SECOND_ORDER", 0.0),
     ("EVERYWHERE", 1.0),
 ];
@@ -152,8 +153,6 @@ pub(crate) fn layouts() -> Vec<(&'static Shader, Layout)> {
 /// What a frame asks for that shaders do not have; nobody but the CPU can trace it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
-    /// Objects have textures.
-    Textures,
     /// Samples are to go where the noise is.
     AdaptiveSampling,
 }
@@ -161,17 +160,13 @@ pub enum Missing {
 impl std::fmt::Display for Missing {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Self::Textures => "objects have textures",
             Self::AdaptiveSampling => "sampling is adaptive",
         })
     }
 }
 
-/// What the GPU lacks for tracing these objects with these settings; `None`: it can.
-pub fn missing(objects: &Objects, params: &TraceParams) -> Option<Missing> {
-    if objects.textured() {
-        return Some(Missing::Textures);
-    }
+/// What the GPU lacks for tracing with these settings; `None`: it can.
+pub fn missing(params: &TraceParams) -> Option<Missing> {
     params.error_target.is_some().then_some(Missing::AdaptiveSampling)
 }
 
@@ -189,11 +184,12 @@ pub fn render(
     params: &TraceParams,
     progress: &dyn Progress,
 ) -> GpuResult<Option<Traced>> {
-    assert_eq!(missing(frame.objects, params), None, "the caller asks before");
+    assert_eq!(missing(params), None, "the caller asks before");
     let scene = scene::GpuScene::new(gpu, frame, world, params)?;
     let constants = overrides(frame.objects, world, params);
     let (width, height) = (frame.camera.width, frame.camera.height);
-    let rows_at_once = (BATCH / width).clamp(1, height);
+    let fitting = usize::try_from(gpu.max_binding()).unwrap_or(usize::MAX) / size_of::<GpuPixel>();
+    let rows_at_once = (BATCH.min(fitting) / width).clamp(1, height);
     progress.begin("trace", height as u64);
     let mut pixels: Vec<GpuPixel> = Vec::with_capacity(width * height);
     for first in (0..height).step_by(rows_at_once) {
@@ -245,6 +241,7 @@ fn overrides(objects: &Objects, world: &ProxyWorld, params: &TraceParams) -> Vec
         ("GLOSS", flag(objects.gloss())),
         ("BODIES", flag(objects.transmit())),
         ("EMITTERS", flag(objects.emit())),
+        ("TEXTURES", flag(objects.textured())),
         ("EVERYWHERE", flag(params.everywhere)),
         ("SECOND_ORDER", flag(params.second_order && world.sees_itself())),
         ("LIT", flag(world.environment().light.is_some())),

@@ -102,8 +102,8 @@ fn world_share(mixed: bool) -> f32 {
     return select(0.0, 0.5, LIT);
 }
 
-// Weight of what a path meets against the light samples that could have found it.
-fn weight_of(path: Path, first: First) -> f32 {
+// Weight of what a path meets against the light samples that could have found it; `sky_pdf` is that of the environment's there.
+fn weight_of(path: Path, first: First, sky_pdf: f32) -> f32 {
     if path.found_by < 0.0 || MIS == BSDF_ONLY {
         return 1.0;
     }
@@ -113,7 +113,7 @@ fn weight_of(path: Path, first: First) -> f32 {
     let share = world_share(path.mixed);
     var other = 0.0;
     if first.what == INFINITY {
-        other = share * environment_pdf(params.world, first.direction);
+        other = share * sky_pdf;
     } else if EMITTERS && first.what == OBJECT && share < 1.0 {
         other = (1.0 - share) * emitter_pdf(objects(), first.object, first.direction);
     }
@@ -127,12 +127,9 @@ struct Weights {
     light_finds_it: bool,
 }
 
-fn weights_of(point: Point, aim: ptr<function, Aim>, d: vec3f, cosine: f32, open: bool) -> Weights {
+fn weights_of(point: Point, aim: ptr<function, Aim>, d: vec3f, cosine: f32, sky_pdf: f32) -> Weights {
     let by_aim = point.cone_rate * aim_pdf(aim, d) + point.cosine_rate * cosine / PI;
-    var by_light = 0.0;
-    if open {
-        by_light = point.light_rate * environment_pdf(params.world, d);
-    }
+    let by_light = point.light_rate * sky_pdf;
     var all_ = by_aim + by_light;
     if MIS == LIGHT_ONLY && by_light > 0.0 {
         all_ = by_light;
@@ -225,6 +222,15 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             first.what = OBJECT;
         }
 
+        // What the environment shows there, if it counts: behind an object, or where nothing is.
+        var sky = vec3f(0.0);
+        var sky_pdf = 0.0;
+        let behind = job == BLOCKED || job == CHANGE || job == LIGHT_PAIR || job == PAIR;
+        if job > CAMERA && !real.exists && met == behind {
+            sky = environment_look(params.world, direction);
+            sky_pdf = environment_pdf(params.world, direction);
+        }
+
         // What that comes to.
         var then = GO_ON;
         switch job {
@@ -256,10 +262,9 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                 then = AT_VERTEX;
             }
             case SHADOW: {
-                let pdf = world_share(path.mixed) * environment_pdf(params.world, direction);
+                let pdf = world_share(path.mixed) * sky_pdf;
                 if first.what == INFINITY && pdf > 0.0 {
-                    let density = select(pdf, pdf + light.pdf, MIS == BALANCE);
-                    total += light.value * environment_look(params.world, direction) / density;
+                    total += light.value * sky / select(pdf, pdf + light.pdf, MIS == BALANCE);
                 }
             }
             case AIMED: {
@@ -274,8 +279,8 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             case BLOCKED: {
                 if METHOD == DPT && met && !real.exists {
                     let cosine = dot(direction, point.normal);
-                    let weights = weights_of(point, &aim, direction, cosine, true);
-                    total -= point.scale * environment_look(params.world, direction) * (cosine * weights.blocked);
+                    let weights = weights_of(point, &aim, direction, cosine, sky_pdf);
+                    total -= point.scale * sky * (cosine * weights.blocked);
                 }
                 then = NEXT_STRATEGY;
             }
@@ -283,11 +288,11 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                 then = NEXT_STRATEGY;
                 let cosine = dot(direction, point.normal);
                 if METHOD == DPT && first.what == OBJECT {
-                    let weights = weights_of(point, &aim, direction, cosine, !real.exists);
+                    let weights = weights_of(point, &aim, direction, cosine, sky_pdf);
                     let scale = point.scale * cosine;
                     let blocks = weights.blocked > 0.0 && !(MIS == LIGHT_ONLY && weights.light_finds_it);
                     if blocks && !real.exists {
-                        total -= scale * environment_look(params.world, direction) * weights.blocked;
+                        total -= scale * sky * weights.blocked;
                     }
                     if weights.sent > 0.0 {
                         path = path_of(scale * weights.sent, point.bounces - 1u, true);
@@ -310,10 +315,9 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             }
             case LIGHT_PAIR: {
                 if METHOD == ONE_PASS && met && !real.exists {
-                    let pdf = environment_pdf(params.world, direction);
-                    if pdf > 0.0 {
-                        let weight = select(1.0, balance(pdf, light.pdf), MIS == BALANCE);
-                        total -= light.value * environment_look(params.world, direction) * (weight / pdf);
+                    if sky_pdf > 0.0 {
+                        let weight = select(1.0, balance(sky_pdf, light.pdf), MIS == BALANCE);
+                        total -= light.value * sky * (weight / sky_pdf);
                     }
                 }
             }
@@ -328,8 +332,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                     } else {
                         var seen = path;
                         seen.mixed = false;
-                        let weight = weight_of(seen, First(INFINITY, object, real, direction));
-                        total -= outer * environment_look(params.world, direction) * weight;
+                        total -= outer * sky * weight_of(seen, First(INFINITY, object, real, direction), sky_pdf);
                     }
                     path = path_of(outer, bounces, true);
                     then = AT_VERTEX;
@@ -393,24 +396,30 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             while point.stage < 3u && then == DONE {
                 let stage = point.stage;
                 point.stage += 1u;
-                var d = vec3f(0.0);
-                var exists = false;
+                var rate = point.light_rate;
+                var used = point.u.z < rate;
+                var u = point.u;
+                if stage > 0u {
+                    rate = select(point.cosine_rate, point.cone_rate, stage == 1u);
+                    used = select(rate > 0.0, point.u.w < rate, stage == 1u);
+                    if used {
+                        u = next_4d(&sampler);
+                    }
+                }
+                if !used {
+                    continue;
+                }
+                var d: vec3f;
+                var exists = true;
                 if stage == 0u {
-                    if point.u.z < point.light_rate {
-                        let sample = environment_sample(params.world, point.u.xy);
-                        d = sample.direction;
-                        exists = sample.exists && (EVERYWHERE || aim_meets(&aim, d));
-                    }
+                    let sample = environment_sample(params.world, u.xy);
+                    d = sample.direction;
+                    exists = sample.exists && (EVERYWHERE || aim_meets(&aim, d));
                 } else if stage == 1u {
-                    if point.u.w < point.cone_rate {
-                        let v = next_4d(&sampler);
-                        d = aim_sample(&aim, v.xy, v.z);
-                        exists = true;
-                    }
-                } else if point.cosine_rate > 0.0 {
-                    let w = next_4d(&sampler);
-                    exists = w.z < point.cosine_rate;
-                    let disc = concentric_disc(w.xy);
+                    d = aim_sample(&aim, u.xy, u.z);
+                } else {
+                    exists = u.z < rate;
+                    let disc = concentric_disc(u.xy);
                     let up = sqrt(max(1.0 - dot(disc, disc), 0.0));
                     d = tangent_of(point.normal) * disc.x + bitangent_of(point.normal) * disc.y + point.normal * up;
                 }
@@ -439,49 +448,14 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             continue;
         }
 
-        if METHOD == ONE_PASS && then == AT_PAIR {
-            // Both scenes share their directions; `remaining` counts this bounce as well.
-            let hit = first.real;
-            let bsdf = bsdf_lambert(world_reflectance(params.world, hit), hit.normal, hit.normal);
-            let from_ = world_leave(hit);
-            let u = next_4d(&sampler);
+        if then == AT_VERTEX || then == AT_PAIR {
+            // A pair's vertex is a real one, both scenes share its directions, and `remaining` counts its bounce as well.
+            let pair = METHOD == ONE_PASS && then == AT_PAIR;
             job = IDLE;
-            light.next_job = IDLE;
-            if MIS != BSDF_ONLY {
-                let sample = environment_sample(params.world, u.xy);
-                if sample.exists {
-                    let value = bsdf_eval(bsdf, sample.direction);
-                    if value.pdf > 0.0 {
-                        job = LIGHT_PAIR;
-                        direction = sample.direction;
-                        light.value = path.outer * value.f_cos;
-                        light.pdf = value.pdf;
-                    } else {
-                        pixel.rays += 2u;
-                    }
-                }
-            }
-            let sample = bsdf_sample(bsdf, next_4d(&sampler));
-            if sample.exists {
-                path.outer *= sample.weight;
-                path.found_by = sample.pdf;
-                light.next_job = PAIR;
-                light.next_direction = sample.direction;
-                light.next_origin = from_;
-            }
-            if job == IDLE {
-                job = light.next_job;
-                direction = light.next_direction;
-            }
-            origin = from_;
-            limit = NEVER;
-        }
-        if then == AT_VERTEX {
-            job = IDLE;
-            let weight = weight_of(path, first);
-            let scale = path.outer * path.throughput;
+            var scale = path.outer * path.throughput;
+            let weight = weight_of(path, first, sky_pdf);
             if first.what == INFINITY {
-                total += scale * environment_look(params.world, first.direction) * weight;
+                total += scale * sky * weight;
                 continue;
             }
             var bsdf: Bsdf;
@@ -491,8 +465,9 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                 let surface = surface_at(objects(), first.object, first.direction);
                 if METHOD != IBL {
                     path.throughput *= surface.transmittance;
+                    scale = path.outer * path.throughput;
                 }
-                total += path.outer * path.throughput * surface.emission * weight;
+                total += scale * surface.emission * weight;
                 bsdf = bsdf_at(surface.material, surface.geometric, surface.normal, -first.direction);
                 position = surface.position;
             } else {
@@ -502,83 +477,87 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             if path.remaining == 0u {
                 continue;
             }
+
+            // A light sample.
             light.next_job = IDLE;
-            if !bsdf_is_specular(bsdf) && (MIS != BSDF_ONLY || METHOD == IBL) {
+            let aims = (!bsdf_is_specular(bsdf) || pair) && (MIS != BSDF_ONLY || METHOD == IBL);
+            if aims || pair {
                 let u = next_4d(&sampler);
                 let share = world_share(path.mixed);
-                if METHOD == IBL {
-                    // Nothing blocks the light.
+                limit = NEVER;
+                if EMITTERS && METHOD != IBL && !pair && u.z >= share {
+                    let sample = emitter_sample(objects(), position, vec4f(u.xy, (u.z - share) / (1.0 - share), u.w));
+                    origin = position;
+                    if on_object {
+                        origin = offset_point(position, bsdf_offset_normal(bsdf, sample.direction));
+                    }
+                    let to = sample.point - origin;
+                    light.distance = length(to);
+                    direction = to / light.distance;
+                    limit = light.distance * 1.001;
+                    job = select(IDLE, AIMED, sample.exists);
+                } else if aims {
                     let sample = environment_sample(params.world, u.xy);
-                    let pdf = environment_pdf(params.world, sample.direction);
-                    if sample.exists && pdf > 0.0 {
-                        let value = bsdf_eval(bsdf, sample.direction);
-                        total += value.f_cos * environment_look(params.world, sample.direction) / (pdf + value.pdf);
+                    direction = sample.direction;
+                    origin = position;
+                    if on_object {
+                        origin = offset_point(position, bsdf_offset_normal(bsdf, direction));
                     }
-                } else if EMITTERS && u.z >= share {
-                    let picked = vec4f(u.xy, (u.z - share) / (1.0 - share), u.w);
-                    let sample = emitter_sample(objects(), position, picked);
-                    if sample.exists {
-                        origin = position;
-                        if on_object {
-                            origin = offset_point(position, bsdf_offset_normal(bsdf, sample.direction));
-                        }
-                        let to = sample.point - origin;
-                        light.distance = length(to);
-                        direction = to / light.distance;
-                        limit = light.distance * 1.001;
-                        job = AIMED;
-                    }
-                } else {
-                    let sample = environment_sample(params.world, u.xy);
-                    if sample.exists {
-                        direction = sample.direction;
-                        origin = position;
-                        if on_object {
-                            origin = offset_point(position, bsdf_offset_normal(bsdf, direction));
-                        }
-                        limit = NEVER;
-                        job = SHADOW;
-                    }
+                    job = select(IDLE, select(SHADOW, LIGHT_PAIR, pair), sample.exists);
                 }
                 if job != IDLE {
                     let value = bsdf_eval(bsdf, direction);
-                    light.value = path.outer * path.throughput * value.f_cos;
+                    light.value = scale * value.f_cos;
                     light.pdf = value.pdf;
-                    if all(value.f_cos == vec3f(0.0)) {
+                    if METHOD == IBL {
+                        // Nothing blocks it.
                         job = IDLE;
+                        let pdf = environment_pdf(params.world, direction);
+                        if pdf > 0.0 {
+                            total += light.value * environment_look(params.world, direction) / (pdf + value.pdf);
+                        }
+                    } else if all(value.f_cos == vec3f(0.0)) {
+                        job = IDLE;
+                        pixel.rays += select(0u, 2u, pair);
                     }
                 }
             }
+
+            // The next direction.
             let sample = bsdf_sample(bsdf, next_4d(&sampler));
-            if sample.exists {
-                path.throughput *= sample.weight;
-                var survives = any(path.throughput != vec3f(0.0));
-                if METHOD == IBL {
-                    survives = false;
-                    var share = 1.0;
-                    if !sample.specular {
-                        share = balance(sample.pdf, environment_pdf(params.world, sample.direction));
-                    }
+            if METHOD == IBL {
+                if sample.exists {
+                    let other = environment_pdf(params.world, sample.direction);
+                    let share = select(balance(sample.pdf, other), 1.0, sample.specular);
                     total += sample.weight * environment_look(params.world, sample.direction) * share;
-                } else if path.depth >= i32(ROULETTE_FROM) {
+                }
+                continue;
+            }
+            var survives = sample.exists;
+            if pair {
+                path.outer *= sample.weight;
+            } else if survives {
+                path.throughput *= sample.weight;
+                survives = any(path.throughput != vec3f(0.0));
+                if path.depth >= i32(ROULETTE_FROM) {
                     let chance = min(most_of(path.throughput), 1.0);
                     survives = survives && next_4d(&sampler).x < chance;
                     path.throughput /= chance;
                 }
-                if survives {
-                    path.found_by = select(sample.pdf, -1.0, sample.specular);
-                    path.remaining -= 1u;
-                    path.depth += 1;
-                    light.next_job = PATH;
-                    light.next_direction = sample.direction;
-                    light.next_origin = position;
-                    if on_object {
-                        light.next_origin = offset_point(position, bsdf_offset_normal(bsdf, sample.direction));
-                    }
+                path.remaining -= 1u;
+                path.depth += 1;
+            }
+            if survives {
+                path.found_by = select(sample.pdf, -1.0, sample.specular);
+                light.next_job = select(PATH, PAIR, pair);
+                light.next_direction = sample.direction;
+                light.next_origin = position;
+                if on_object {
+                    light.next_origin = offset_point(position, bsdf_offset_normal(bsdf, sample.direction));
                 }
             }
             if job == IDLE && light.next_job != IDLE {
-                job = PATH;
+                job = light.next_job;
                 origin = light.next_origin;
                 direction = light.next_direction;
                 limit = NEVER;
