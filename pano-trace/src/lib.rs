@@ -23,11 +23,6 @@ pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
 /// Structures that Rust fills for them, with the shader that declares each.
 #[cfg(feature = "gpu")]
 pub fn layouts() -> Vec<(&'static pano_core::gpu::Shader, pano_core::gpu::Layout)> {
-    [
-        vec![(&sparse::gpu::SHADER, sparse::gpu::Sparse::LAYOUT)],
-        bvh::gpu::layouts(),
-        vec![(&prt::gpu::SHADER, prt::gpu::March::LAYOUT)],
-        tracer::gpu::layouts(),
-    ]
-    .concat()
+    [vec![(&sparse::gpu::SHADER, sparse::gpu::Sparse::LAYOUT)], bvh::gpu::layouts(), prt::gpu::layouts(), tracer::gpu::layouts()]
+        .concat()
 }

@@ -4,7 +4,10 @@
 use super::{SMOOTH_ALPHA, coat};
 use pano_core::gpu::{Constant, Piece};
 
-/// Evaluation, sampling and density of every lobe, for shaders to include after [`pano_core::gpu::NUMBER`].
+/// Directions about an axis, for shaders to include after [`pano_core::gpu::NUMBER`].
+pub const DIRECTIONS: Piece = Piece::plain(include_str!("../directions.wgsl"));
+
+/// Evaluation, sampling and density of every lobe, for shaders to include after [`DIRECTIONS`].
 pub const BSDF: Piece = Piece {
     text: include_str!("bsdf.wgsl"),
     constants: || {

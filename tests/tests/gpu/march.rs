@@ -45,11 +45,12 @@ fn disagreements(gpu: &Gpu, field: &DepthField, rays: &[Ray]) -> usize {
     let got = held.march(gpu, rays).unwrap();
     let mut apart = 0;
     for (ray, got) in rays.iter().zip(got) {
-        let same = match (got, field.march(ray.origin, ray.direction, ray.t_max)) {
+        let same = match (got.answer, field.march(ray.origin, ray.direction, ray.t_max)) {
             (Answer::Surface(a), Answer::Surface(b)) => {
+                let smooth = field.smooth_normal(ray.at(b.t), ray.direction, &b);
                 (a.t - b.t).abs() <= 1e-3 * (1.0 + b.t)
                     && a.back == b.back
-                    && (a.at_gap != b.at_gap || a.normal.dot(b.normal) > 0.99)
+                    && (a.at_gap != b.at_gap || (a.normal.dot(b.normal) > 0.99 && got.smooth_normal.dot(smooth) > 0.99))
             }
             (a, b) => std::mem::discriminant(&a) == std::mem::discriminant(&b),
         };

@@ -1,44 +1,20 @@
-// Hierarchical marching of rays through the depth field, surfaces only, one invocation a ray; see march.rs for the reasons. In
-// homogeneous coordinates on the faces of a cube everything along a ray is linear.
-
-struct March {
-    // Rays, cells along a face, levels of the pyramid, cells that a ray may look at.
-    count: u32,
-    cells: u32,
-    levels: u32,
-    steps: u32,
-    // Planar depth of the nearest sample of each face; FAR_AWAY if it has none.
-    nearest: array<vec4f, 2>,
-    // Where each level begins in `upper`, of one face; and in the last one, how many numbers that are in all.
-    begins: array<vec4u, 4>,
-}
+// Hierarchical marching of rays through the depth field, surfaces only; see march.rs for the reasons. In homogeneous coordinates on the
+// faces of a cube everything along a ray is linear. Includes field.wgsl.
 
 // What a ray met.
 struct Met {
-    // Place on the face, in [-1, 1].
-    at: vec2f,
+    normal: vec3f,
     t: f32,
-    face: u32,
     // One of the numbers below.
     what: u32,
     at_gap: u32,
+    back: u32,
+    pad: u32,
 }
-
-@group(0) @binding(0) var<uniform> params: March;
-// Inverse planar depth, (n + 1)² samples a face; 0 where nothing is.
-@group(0) @binding(1) var<storage, read> inverse: array<f32>;
-// As many sets of bits: 1 the cell lies across a gap, 2 the step to the right is one, 4 the step down is one.
-@group(0) @binding(2) var<storage, read> gaps: array<u32>;
-// Smallest and largest inverse depth of the cells of each face, and of the levels above them, packed and in tiles (pyramid.rs).
-@group(0) @binding(3) var<storage, read> base: array<u32>;
-@group(0) @binding(4) var<storage, read> upper: array<u32>;
-@group(0) @binding(5) var<storage, read> rays: array<Ray>;
-@group(0) @binding(6) var<storage, read_write> met: array<Met>;
 
 const LEFT: u32 = 0u;
 const SURFACE: u32 = 1u;
 const OUT_OF_STEPS: u32 = 2u;
-const FAR_AWAY: f32 = 3e38;
 const NONE: f32 = -1.0;
 
 struct Stretch {
@@ -51,18 +27,6 @@ struct Stretch {
     inverse_along: f32,
     weighted_t: f32,
     weighted_t_along: f32,
-}
-
-// Forward, right and down of a face, as rows.
-fn axes_of(face: u32) -> mat3x3f {
-    switch face {
-        case 0u: { return mat3x3f(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 0.0, 1.0), vec3f(0.0, -1.0, 0.0)); }
-        case 1u: { return mat3x3f(vec3f(-1.0, 0.0, 0.0), vec3f(0.0, 0.0, -1.0), vec3f(0.0, -1.0, 0.0)); }
-        case 2u: { return mat3x3f(vec3f(0.0, 1.0, 0.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, 0.0, -1.0)); }
-        case 3u: { return mat3x3f(vec3f(0.0, -1.0, 0.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, 0.0, 1.0)); }
-        case 4u: { return mat3x3f(vec3f(0.0, 0.0, 1.0), vec3f(-1.0, 0.0, 0.0), vec3f(0.0, -1.0, 0.0)); }
-        default: { return mat3x3f(vec3f(0.0, 0.0, -1.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, -1.0, 0.0)); }
-    }
 }
 
 // A point of the ray on the face: x, y, inverse planar depth, t times that. Without an end it is the vanishing point.
@@ -80,7 +44,7 @@ fn clip(face: u32, ray: Ray) -> Stretch {
     var stretch: Stretch;
     stretch.face = face;
     stretch.exists = false;
-    let nearest = params.nearest[face / 4u][face % 4u];
+    let nearest = params.field.nearest[face / 4u][face % 4u];
     if nearest >= FAR_AWAY {
         return stretch;
     }
@@ -104,7 +68,7 @@ fn clip(face: u32, ray: Ray) -> Stretch {
     if !(t0 < t1) {
         return stretch;
     }
-    let n = f32(params.cells);
+    let n = f32(params.field.cells);
     let begin = project(o, d, t0, near);
     let end = project(o, d, t1, near);
     if !is_finite(begin.x) || !is_finite(begin.y) || !is_finite(end.x) || !is_finite(end.y) || !is_finite(end.z) {
@@ -130,78 +94,12 @@ fn weighted_t_along(ray: Stretch, s: f32) -> f32 {
     return ray.weighted_t + ray.weighted_t_along * s;
 }
 
-// The index of a sample, and of its bits.
-fn sample_of(face: u32, i: u32, j: u32) -> u32 {
-    let side = params.cells + 1u;
-    return (face * side + j) * side + i;
-}
-
-// The inverse depth that a bound of a range stands for.
-fn unpacked(code: u32) -> f32 {
-    if code == 0u {
-        return 0.0;
-    }
-    return select(bitcast<f32>((code + BIAS) << SHIFT), FAR_AWAY, code == 0xffffu);
-}
-
-fn range_of(face: u32, level: u32, x: u32, y: u32) -> vec2f {
-    let side = (params.cells + (1u << level) - 1u) >> level;
-    let across = (side + TILE - 1u) / TILE;
-    let at = ((y / TILE * across + x / TILE) * TILE + y % TILE) * TILE + x % TILE;
-    var packed: u32;
-    if level == 0u {
-        packed = base[face * across * across * TILE * TILE + at];
-    } else {
-        let begin = params.begins[(level - 1u) / 4u][(level - 1u) % 4u];
-        packed = upper[face * params.begins[3][3] + begin + at];
-    }
-    return vec2f(unpacked(packed & 0xffffu), unpacked(packed >> 16u));
-}
-
 // Where a coordinate leaves the cell `c` of the given size.
 fn exit(start: f32, along: f32, c: u32, size: f32) -> f32 {
     if along > 0.0 {
         return (f32(c + 1u) * size - start) / along;
     }
     return select(FAR_AWAY, (f32(c) * size - start) / along, along < 0.0);
-}
-
-// The surface about a sample beside a gap: its value and its slopes per cell, from the neighbours on its own side of it.
-fn quarter(face: u32, i: u32, j: u32) -> vec3f {
-    let n = params.cells;
-    let k = sample_of(face, i, j);
-    let row = n + 1u;
-    let value = inverse[k];
-    var slopes = vec2f(0.0);
-    let left = i > 0u && (gaps[k - min(k, 1u)] & 2u) == 0u;
-    let right = i < n && (gaps[k] & 2u) == 0u;
-    let above = j > 0u && (gaps[k - min(k, row)] & 4u) == 0u;
-    let below = j < n && (gaps[k] & 4u) == 0u;
-    if left && right {
-        slopes.x = 0.5 * (inverse[k + 1u] - inverse[k - 1u]);
-    } else if left {
-        slopes.x = value - inverse[k - 1u];
-    } else if right {
-        slopes.x = inverse[k + 1u] - value;
-    }
-    if above && below {
-        slopes.y = 0.5 * (inverse[k + row] - inverse[k - row]);
-    } else if above {
-        slopes.y = value - inverse[k - row];
-    } else if below {
-        slopes.y = inverse[k + row] - value;
-    }
-    return vec3f(value, slopes);
-}
-
-// Whether two corners of one cell belong to different surfaces: every way along its edges crosses a gap.
-fn gap_between(face: u32, a: vec2u, b: vec2u) -> bool {
-    let lo = min(a, b);
-    let right_a = a.x != b.x && (gaps[sample_of(face, lo.x, a.y)] & 2u) != 0u;
-    let right_b = a.x != b.x && (gaps[sample_of(face, lo.x, b.y)] & 2u) != 0u;
-    let below_a = a.y != b.y && (gaps[sample_of(face, a.x, lo.y)] & 4u) != 0u;
-    let below_b = a.y != b.y && (gaps[sample_of(face, b.x, lo.y)] & 4u) != 0u;
-    return (right_a || below_b) && (below_a || right_b);
 }
 
 // Where along the ray a line through the middle of a cell is crossed, within (s0, s1), or s1.
@@ -281,10 +179,10 @@ fn cross_bilinear(corners: vec4f, ray: Stretch, cell: vec2u, s0: f32, s1: f32) -
 }
 
 // The first surface on a stretch nearer than `t_max`, as `Met`; `steps` counts down.
-fn march_stretch(ray: Stretch, t_max: f32, steps: ptr<function, u32>) -> Met {
-    var result = Met(vec2f(0.0), 0.0, ray.face, LEFT, 0u);
-    let n = params.cells;
-    let top = params.levels - 1u;
+fn march_stretch(ray: Stretch, direction: vec3f, t_max: f32, steps: ptr<function, u32>) -> Met {
+    var result: Met;
+    let n = params.field.cells;
+    let top = params.field.levels - 1u;
     let length = max(abs(ray.along.x), abs(ray.along.y));
     let nudge = select(1.0, min(NUDGE / max(length, 1e-30), 1.0), length > 0.0);
     var s = 0.0;
@@ -314,22 +212,22 @@ fn march_stretch(ray: Stretch, t_max: f32, steps: ptr<function, u32>) -> Met {
                 continue;
             }
             let k = sample_of(ray.face, cell.x, cell.y);
-            let at_gap = gaps[k] & 1u;
+            let at_gap = field_gaps(k) & 1u;
             var root = NONE;
             if at_gap == 1u {
                 root = cross_quarters(ray, cell, s, s_exit);
             } else {
-                let corners = vec4f(inverse[k], inverse[k + 1u], inverse[k + n + 1u], inverse[k + n + 2u]);
+                let corners = vec4f(field_inverse(k), field_inverse(k + 1u), field_inverse(k + n + 1u), field_inverse(k + n + 2u));
                 root = cross_bilinear(corners, ray, cell, s, s_exit);
             }
             if root >= 0.0 {
                 let t = weighted_t_along(ray, root) / inverse_along(ray, root);
                 if t > 0.0 && is_finite(t) && t < t_max {
-                    result.at = (ray.begin + ray.along * root) * (2.0 / f32(n)) - 1.0;
-                    result.t = t;
-                    result.what = SURFACE;
-                    result.at_gap = at_gap;
-                    return result;
+                    let at = (ray.begin + ray.along * root) * (2.0 / f32(n)) - 1.0;
+                    let side = side_of(ray.face, at, direction);
+                    if side.exists {
+                        return Met(side.normal, t, SURFACE, at_gap, select(0u, 1u, side.back), 0u);
+                    }
                 }
             }
         } else {
@@ -345,16 +243,12 @@ fn march_stretch(ray: Stretch, t_max: f32, steps: ptr<function, u32>) -> Met {
     return result;
 }
 
-@compute @workgroup_size(64)
-fn march(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= params.count {
-        return;
-    }
-    let ray = rays[id.x];
-    var steps = params.steps;
+// The nearest surface on a ray.
+fn march_ray(ray: Ray) -> Met {
+    var steps = params.field.steps;
     // The faces that see the ray, in the order in which it passes them.
     var done = 0u;
-    var result = Met(vec2f(0.0), 0.0, 0u, LEFT, 0u);
+    var result: Met;
     for (var pass_ = 0; pass_ < 6; pass_++) {
         var first: Stretch;
         first.exists = false;
@@ -372,10 +266,11 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
             break;
         }
         done |= 1u << first.face;
-        result = march_stretch(first, ray.t_max, &steps);
+        result = march_stretch(first, ray.direction, ray.t_max, &steps);
         if result.what != LEFT {
             break;
         }
     }
-    met[id.x] = result;
+    return result;
 }
+

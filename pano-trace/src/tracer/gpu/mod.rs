@@ -11,7 +11,7 @@ mod scene;
 use super::delta::{FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE, MARGIN, NARROWEST, SECOND_ORDER_EFFORT};
 use super::path::ROULETTE_FROM;
 use super::{Frame, Method, Mis, Pixel, TraceParams, Traced, layers};
-use crate::bsdf::gpu::BSDF;
+use crate::bsdf::gpu::{BSDF, DIRECTIONS};
 use crate::bvh::gpu::TRAVERSAL;
 use crate::objects::gpu::OBJECTS;
 use crate::objects::{MAX_CLUSTERS, Objects};
@@ -24,8 +24,8 @@ use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, IMAGE, Kernel, NUMBER,
 use pano_core::gpu::{Layout, Specialization, WORDS};
 use pano_core::progress::Progress;
 
-/// Samples of one submission, over all pixels: a million rays or so, some ten milliseconds of a slow GPU.
-const BATCH: usize = 1 << 17;
+/// Scattering events of one submission, over all pixels and samples: a million rays or so, some ten milliseconds of a slow GPU.
+const BATCH: usize = 1 << 18;
 
 pano_core::uniform! {
     /// `Trace` of the shader.
@@ -102,7 +102,7 @@ const AIM: Piece = Piece {
     },
 };
 
-/// `frame.wgsl` and `trace.wgsl`.
+/// `frame.wgsl`, `walk.wgsl` and `trace.wgsl`.
 pub static SHADER: Shader = Shader {
     name: "trace",
     pieces: &[
@@ -113,11 +113,13 @@ pub static SHADER: Shader = Shader {
         WORDS,
         DISTRIBUTION,
         TRAVERSAL,
+        DIRECTIONS,
         BSDF,
         OBJECTS,
         PROXIES,
         AIM,
         Piece::plain(include_str!("frame.wgsl")),
+        Piece::plain(include_str!("walk.wgsl")),
         Piece::plain(include_str!("trace.wgsl")),
     ],
     // Of the many combinations the ends: each method with all effects, and with none.
@@ -189,7 +191,8 @@ pub fn render(
     let constants = overrides(frame.objects, world, params);
     let (width, height) = (frame.camera.width, frame.camera.height);
     let fitting = usize::try_from(gpu.max_binding()).unwrap_or(usize::MAX) / size_of::<GpuPixel>();
-    let rows_at_once = (BATCH.min(fitting) / width).clamp(1, height);
+    let batch = BATCH / params.bounces.max(1) as usize;
+    let rows_at_once = (batch.min(fitting) / width).clamp(1, height);
     progress.begin("trace", height as u64);
     let mut pixels: Vec<GpuPixel> = Vec::with_capacity(width * height);
     for first in (0..height).step_by(rows_at_once) {
@@ -202,7 +205,7 @@ pub fn render(
             gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, rows.groups())
         };
         run("start", 0, 0)?;
-        let at_once = (BATCH / rows.pixels()).max(1) as u32;
+        let at_once = (batch / rows.pixels()).max(1) as u32;
         for begin in (0..params.samples).step_by(at_once as usize) {
             if progress.cancelled() {
                 return Ok(None);
