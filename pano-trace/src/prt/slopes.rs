@@ -35,7 +35,7 @@ pub(super) const SORTING_NETWORK: [[u32; 2]; 19] = [
 pub(super) const EVEN: f32 = 0.01;
 
 /// Samples on either side of one that tell the direction of a gap: enough to see through the steps of a slanted line.
-const RIM_REACH: i32 = 8;
+pub(super) const RIM_REACH: i32 = 8;
 
 impl DepthField {
     /// Unit normal of the surface at `at` in [−1, 1]² of a face as a ray along `direction` meets it, and whether that is its back.

@@ -1,12 +1,13 @@
 //! Marching on the GPU: the nearest surface along each ray.
 //!
-//! Departures from the CPU: surfaces only; what is assumed behind them (`back_face.rs`) is not. The field's largest part, a range for
-//! each cell of the cube, must fit a binding: panoramas of up to 4096 columns do, larger ones stay on the CPU.
+//! Departures from the CPU: a ray that passes behind a layer stops there until the back face has been looked for, in place of a call
+//! within a call. The field's largest part, a range for each cell of the cube, must fit a binding: panoramas of up to 4096 columns do,
+//! larger ones stay on the CPU.
 
-use super::answer::{Answer, FieldHit};
-use super::march::{NEAREST, NUDGE};
+use super::answer::{Answer, FieldHit, HiddenSide};
+use super::march::{CLEAR, NEAREST, NUDGE};
 use super::pyramid::{BIAS, Level, SHIFT, TILE};
-use super::slopes::{EVEN, SLOPE_REACH, SORTING_NETWORK};
+use super::slopes::{EVEN, RIM_REACH, SLOPE_REACH, SORTING_NETWORK};
 use super::{DepthField, field::Face};
 use crate::bvh::Ray;
 use crate::bvh::gpu::{RAY, RayKernel};
@@ -37,9 +38,9 @@ pano_core::uniform! {
     pub(crate) struct March {
         field: Field,
         count: u32,
+        back_faces: u32,
         pad1: u32,
         pad2: u32,
-        pad3: u32,
     }
 }
 
@@ -53,8 +54,10 @@ struct Marched {
     at_gap: u32,
     back: u32,
     pad1: u32,
-    smoothed: Vec3,
+    shown: Vec3,
     pad2: u32,
+    smoothed: Vec3,
+    pad3: u32,
 }
 
 /// What a ray met on the GPU.
@@ -66,9 +69,11 @@ pub struct GpuAnswer {
     pub smooth_normal: Vec3,
 }
 
-/// `what` of a surface, and of a ray that was given up.
+/// `what` of a surface, of a ray that was given up, and of what is assumed.
 const SURFACE: u32 = 1;
 const OUT_OF_STEPS: u32 = 2;
+const BACK_FACE: u32 = 3;
+const BACK_LAYER: u32 = 4;
 
 /// The depth field and marching through it, for shaders to include after [`NUMBER`] and [`RAY`]; field.wgsl tells what they bring.
 const MARCHING: [Piece; 2] = [
@@ -88,7 +93,14 @@ const MARCHING: [Piece; 2] = [
     },
     Piece {
         text: include_str!("march.wgsl"),
-        constants: || vec![Constant::f32("NEAREST", NEAREST), Constant::f32("NUDGE", NUDGE)],
+        constants: || {
+            vec![
+                Constant::f32("NEAREST", NEAREST),
+                Constant::f32("NUDGE", NUDGE),
+                Constant::f32("CLEAR", CLEAR),
+                Constant::u32("RIM_REACH", RIM_REACH as u32),
+            ]
+        },
     },
 ];
 
@@ -103,6 +115,7 @@ pub static SHADER: Shader = Shader {
 #[derive(Debug)]
 pub struct GpuDepthField {
     uniform: Field,
+    back_faces: bool,
     inverse: GpuBuffer,
     gaps: GpuBuffer,
     base: GpuBuffer,
@@ -154,6 +167,7 @@ impl GpuDepthField {
         }
         Ok(Self {
             uniform,
+            back_faces: field.back_faces,
             inverse: gpu.upload_slice(&inverse)?,
             gaps: gpu.upload_slice(&gaps)?,
             base: gpu.upload_slice(&base)?,
@@ -161,7 +175,7 @@ impl GpuDepthField {
         })
     }
 
-    /// [`DepthField::march`] of each ray, without back faces.
+    /// [`DepthField::march`] of each ray.
     ///
     /// # Errors
     /// What has become of the device.
@@ -172,7 +186,7 @@ impl GpuDepthField {
             bindings: [5, 6],
             batch: BATCH,
         };
-        let uniform = |count| March { field: self.uniform, count, pad1: 0, pad2: 0, pad3: 0 };
+        let uniform = |count| March { field: self.uniform, count, back_faces: u32::from(self.back_faces), pad1: 0, pad2: 0 };
         let met: Vec<Marched> = rays_kernel.run(gpu, uniform, rays)?;
         Ok(met.iter().map(Marched::answer).collect())
     }
@@ -182,9 +196,12 @@ impl Marched {
     fn answer(&self) -> GpuAnswer {
         let Self { normal, t, at_gap, back, .. } = *self;
         let hit = FieldHit { t, normal, back: back != 0, at_gap: at_gap != 0, hidden_side: None };
+        let hidden = |side| Answer::BackFace(FieldHit { hidden_side: Some(side), ..hit });
         let answer = match self.what {
             SURFACE => Answer::Surface(hit),
             OUT_OF_STEPS => Answer::OutOfSteps,
+            BACK_FACE => hidden(HiddenSide::BackFace(self.shown)),
+            BACK_LAYER => hidden(HiddenSide::BackLayer(self.shown)),
             _ => Answer::Left,
         };
         GpuAnswer { answer, smooth_normal: self.smoothed }

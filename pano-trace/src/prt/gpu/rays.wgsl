@@ -3,9 +3,10 @@
 struct March {
     field: Field,
     count: u32,
+    // Whether layers have back faces at their gaps.
+    back_faces: u32,
     pad1: u32,
     pad2: u32,
-    pad3: u32,
 }
 
 // What a ray met, and the normal by the slopes around.
@@ -48,7 +49,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let ray = rays[id.x];
-    let met = march_ray(ray);
+    let met = march_ray(ray, params.back_faces == 1u);
     var smoothed = met.normal;
     if met.what == SURFACE {
         smoothed = smooth_normal(ray.origin + ray.direction * met.t, ray.direction, Side(met.normal, met.back == 1u, true));
