@@ -3,18 +3,25 @@
 
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use pano_compose::composite::{self, Composite};
-use pano_core::camera::{Camera, Projection};
+use pano_core::builtin::primitives;
+use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
 use pano_core::gpu::{Gpu, GpuOptions};
 use pano_core::image::{Image, RadianceImage};
 use pano_core::layers::TracedLayers;
+use pano_core::material::Material;
+use pano_core::progress::Silent;
+use pano_core::random::Stream;
 use pano_core::sphere::resample;
 use pano_denoise::{atrous, cross_bilateral, firefly, temporal};
 use pano_light::{WorkingMap, detect, expand, ibl};
 use pano_tests::random::Random;
 use pano_tests::rooms::{Cuboid, texel_direction};
 use pano_trace::bvh::{Blas, Ray, Tlas, gpu::GpuTlas};
+use pano_trace::objects::{Objects, Placement, PreparedMesh};
 use pano_trace::prt::{DepthField, FieldOptions, gpu::GpuDepthField};
 use pano_trace::sparse;
+use pano_trace::tracer::{self, TraceParams};
+use pano_trace::world::{Proxy, ProxyShape, ProxyWorld, Reflectance};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -88,6 +95,7 @@ fn main() {
     images(&gpu, pixels, source);
     filters(&gpu, pixels);
     rays(&gpu);
+    tracing(&gpu);
 }
 
 fn images(gpu: &Gpu, pixels: f64, source: f64) {
@@ -169,6 +177,38 @@ fn filters(gpu: &Gpu, pixels: f64) {
     let cpu = || consume(composite::composite(&photo, &layers, &mut a).unwrap());
     let on_gpu = || consume(composite::gpu::composite_pictures(gpu, &photo, &layers, None, &mut b).unwrap());
     row(gpu, "composite", 40.0 * pixels, cpu, on_gpu);
+}
+
+/// A metal ball over a plane, traced by dpt: tables are packed and copied each time.
+fn tracing(gpu: &Gpu) {
+    let radiance = |x, y| Vec3::splat(0.5) + if texel_direction(512, 256, x, y).y > 0.95 { 30.0 } else { 0.0 };
+    let plane = Proxy {
+        shape: ProxyShape::Plane(Vec2::splat(8.0)),
+        world_from_local: Affine3A::IDENTITY,
+        reflectance: Reflectance::Known(Vec3::splat(0.5)),
+    };
+    let world = ProxyWorld::new(Arc::new(Image::from_fn(512, 256, radiance)), Quat::IDENTITY, Vec3::Y, &[plane]);
+    let ball = Placement {
+        mesh: Arc::new(PreparedMesh::new(primitives::icosphere(0.4, 4)).unwrap()),
+        world_from_mesh: Affine3A::from_translation(Vec3::new(0.0, 0.4, -1.5)),
+        material: Some(Material::metal(Vec3::new(0.9, 0.7, 0.4), 0.5)),
+    };
+    let objects = Objects::new(&[ball]);
+    let camera = Camera {
+        position: Vec3::new(0.0, 1.2, 0.4),
+        world_from_camera: rotation_from_yaw_pitch(0.0, -25.0),
+        projection: Projection::Perspective { vfov: 0.8 },
+        width: 320,
+        height: 240,
+    };
+    let frame = tracer::Frame { camera: &camera, objects: &objects, stream: Stream::default() };
+    let params = TraceParams { samples: 16, ..TraceParams::default() };
+    let traced = tracer::render(&frame, &world, &params, &Silent).unwrap();
+    let cpu = || consume(tracer::render(&frame, &world, &params, &Silent).unwrap());
+    // About forty nodes or faces a ray of some forty operations, and as much again for what it has met.
+    let flop = traced.rays as f64 * 40.0 * 80.0;
+    let name = format!("dpt, 320 × 240, 16 samples, {} rays", traced.rays);
+    row(gpu, &name, flop, cpu, || consume(tracer::gpu::render(gpu, &frame, &world, &params, &Silent).unwrap()));
 }
 
 fn rays(gpu: &Gpu) {

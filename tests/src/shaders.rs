@@ -1,6 +1,7 @@
 //! Every shader of the workspace, and one that lets tests ask the shared text.
 
 use pano_core::gpu::{IMAGE, Layout, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader, Specialization};
+use pano_trace::bsdf::gpu::{BSDF, DIRECTIONS};
 
 /// `probe.wgsl`: the shared functions on numbers of a test's choice.
 pub static PROBE: Shader = Shader {
@@ -14,10 +15,20 @@ pub static PROBE: Shader = Shader {
     ],
 };
 
+/// `bsdf_probe.wgsl`: scattering at surfaces of a test's choice.
+pub static BSDF_PROBE: Shader = Shader {
+    name: "bsdf_probe",
+    pieces: &[NUMBER, DIRECTIONS, BSDF, Piece::plain(include_str!("bsdf_probe.wgsl"))],
+    specializations: &[
+        Specialization { entry: "scatter", constants: &[] },
+        Specialization { entry: "scatter", constants: &[("GLOSS", 0.0), ("BODIES", 0.0)] },
+    ],
+};
+
 /// All shaders.
 pub fn all() -> Vec<&'static Shader> {
     [
-        vec![&PROBE],
+        vec![&PROBE, &BSDF_PROBE],
         pano_core::gpu::shaders(),
         pano_light::shaders(),
         pano_trace::shaders(),

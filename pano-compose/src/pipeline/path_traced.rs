@@ -60,17 +60,12 @@ pub(super) fn trace(
         shadows = lit.shadows;
         lit.traced
     } else {
-        let traced = match frame.world {
-            World::Proxies(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
-            World::Captured(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
-            World::Layered(world) => tracer::render(&traced_frame, world.as_ref(), &params, progress),
-        };
-        traced.ok_or(Error::Cancelled)?
+        device.trace(&traced_frame, frame.world, &params, progress)?.ok_or(Error::Cancelled)?
     };
     if discarded > 0 {
         warnings.push(format!("{discarded} samples were not finite and count as black"));
     }
-    clock.stage("trace", pixels, rays);
+    clock.stage_on(device.last(), "trace", pixels, rays);
 
     // MR360 has the photo itself for the surfaces' colour.
     if let Some(lighting) = view.lighting.filter(|_| lights.is_none()) {

@@ -1,5 +1,7 @@
 //! Tabulated distributions: [`Distribution1d`], and the sphere of a panorama's light, [`SphereDistribution`].
 
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod one;
 mod sphere;
 

@@ -61,6 +61,12 @@ impl Distribution1d {
         self.cdf[index + 1] - self.cdf[index]
     }
 
+    /// The probabilities of the entries before each, and 1: as shaders read them.
+    #[cfg(feature = "gpu")]
+    pub fn cdf(&self) -> &[f32] {
+        &self.cdf
+    }
+
     /// Sum of the weights.
     pub fn total(&self) -> f64 {
         self.total

@@ -21,11 +21,11 @@ pub struct SphereSample {
 /// Distribution over the sphere of directions, proportional to a bilinearly interpolated equirectangular picture.
 #[derive(Clone, Debug)]
 pub struct SphereDistribution {
-    luminance: Image<f32>,
-    rows: Distribution1d,
-    columns: Vec<Option<Distribution1d>>,
+    pub(super) luminance: Image<f32>,
+    pub(super) rows: Distribution1d,
+    pub(super) columns: Vec<Option<Distribution1d>>,
     /// Per cell row: mean sin θ over the sum of all cells, times the factors that make [`Self::pdf`] a multiplication.
-    row_factor: Vec<f32>,
+    pub(super) row_factor: Vec<f32>,
 }
 
 impl SphereDistribution {
@@ -95,7 +95,7 @@ impl SphereDistribution {
 }
 
 /// Below this sin θ the density per steradian is held: one direction in 10¹⁰ is so close to a pole.
-const MIN_SIN: f32 = 1e-5 * PI;
+pub(super) const MIN_SIN: f32 = 1e-5 * PI;
 
 /// v of the upper and lower edge of a row of cells.
 #[inline]

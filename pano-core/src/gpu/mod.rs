@@ -18,6 +18,7 @@ mod prelude;
 mod shader;
 mod timing;
 mod uniform;
+mod words;
 
 pub use adapter::AdapterDescription;
 pub use buffer::{GpuBuffer, Traffic};
@@ -26,10 +27,11 @@ pub use error::{GpuError, GpuResult};
 pub use image::{Band, GpuImage, Rows};
 pub use kernel::Kernel;
 pub use layers::GpuLayers;
-pub use prelude::{COLOR, IMAGE, LARGEST, NUMBER, RANDOM, SPHERE};
+pub use prelude::{COLOR, IMAGE, LARGEST, NUMBER, RANDOM, SPHERE, WORDS};
 pub use shader::{Constant, Piece, Shader, Specialization, Value};
 pub use timing::Timing;
 pub use uniform::Layout;
+pub use words::Words;
 
 /// Every shader of this crate, for the checks that need no GPU.
 pub fn shaders() -> Vec<&'static Shader> {

@@ -23,6 +23,9 @@ pub const SPHERE: Piece = Piece::plain(include_str!("prelude/sphere.wgsl"));
 /// Pictures in buffers, and neighbours in them.
 pub const IMAGE: Piece = Piece::plain(include_str!("prelude/image.wgsl"));
 
+/// Tables of many kinds in one buffer: [`super::Words`].
+pub const WORDS: Piece = Piece::plain(include_str!("prelude/words.wgsl"));
+
 /// Luminance.
 pub const COLOR: Piece = Piece {
     text: include_str!("prelude/color.wgsl"),

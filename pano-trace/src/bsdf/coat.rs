@@ -3,8 +3,8 @@
 use super::{fresnel::dielectric, ggx};
 use glam::{Vec2, Vec3};
 
-const ALPHAS: usize = 17;
-const COSINES: usize = 33;
+pub(super) const ALPHAS: usize = 17;
+pub(super) const COSINES: usize = 33;
 
 /// Directional albedo over (α, cos θ) of a GGX dielectric reflection with strength 1, for one refractive index.
 #[derive(Clone, Debug)]
@@ -43,6 +43,12 @@ impl CoatTable {
         let (c, fc) = split(cos, COSINES);
         let row = |a: usize| self.albedo[a][c] + (self.albedo[a][c + 1] - self.albedo[a][c]) * fc;
         row(a) + (row(a + 1) - row(a)) * fa
+    }
+
+    /// The table as shaders read it: the albedo, one row of cosines after the other, and then the means.
+    #[cfg(feature = "gpu")]
+    pub fn values(&self) -> impl Iterator<Item = f32> {
+        self.albedo.iter().flatten().chain(&self.mean).copied()
     }
 
     /// Cosine-weighted mean albedo for GGX width `alpha`.

@@ -9,6 +9,8 @@
 mod coat;
 mod fresnel;
 mod ggx;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 pub use coat::CoatTable;
 

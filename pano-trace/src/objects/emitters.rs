@@ -67,6 +67,28 @@ impl Emitters {
         emitters
     }
 
+    /// Per face of an instance's mesh its rank among the shining; `None` if none shines.
+    #[cfg(feature = "gpu")]
+    pub(super) fn ranks(&self, instance: usize) -> Option<&[u32]> {
+        self.index[instance].as_deref()
+    }
+
+    /// Adds cumulative probabilities and faces for shaders: where they begin, and how many faces there are.
+    #[cfg(feature = "gpu")]
+    pub(super) fn pack(&self, words: &mut pano_core::gpu::Words) -> [u32; 2] {
+        let at = words.at();
+        let Some(pick) = &self.pick else { return [at, 0] };
+        words.numbers(pick.cdf().iter().copied());
+        for (i, face) in self.faces.iter().enumerate() {
+            for v in [face.corner, face.edges[0], face.edges[1], face.normal] {
+                words.vec3(v);
+            }
+            words.number(face.area);
+            words.number(pick.probability(i));
+        }
+        [at, self.faces.len() as u32]
+    }
+
     #[inline]
     pub(super) fn is_empty(&self) -> bool {
         self.pick.is_none()

@@ -2,6 +2,8 @@
 
 mod differentials;
 mod emitters;
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
 mod surface;
 
 pub use differentials::{Differentials, Neighbours};

@@ -11,7 +11,7 @@ pub(super) const NEAREST: f32 = 1e-4;
 pub(super) const NUDGE: f32 = 1e-3;
 
 /// How many cells from a gap a layer's slope is read.
-const CLEAR: f32 = 3.0;
+pub(super) const CLEAR: f32 = 3.0;
 
 /// A stretch of the ray in one face, in homogeneous coordinates: everything is linear in s ∈ [0, 1].
 struct Stretch {

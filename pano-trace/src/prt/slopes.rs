@@ -6,36 +6,36 @@ use glam::{IVec2, Vec2, Vec3};
 
 /// Samples on either side of one that its surface's slope is read from. A step of the panorama's depth spreads over two or
 /// three of the steps between the cube's samples, which must be fewer than half.
-const SLOPE_REACH: usize = 4;
+pub(super) const SLOPE_REACH: usize = 4;
 
 /// Pairs to put in order, one after another, that sort eight numbers (Batcher's odd-even merge sort).
-const SORTING_NETWORK: [(usize, usize); 19] = [
-    (0, 1),
-    (2, 3),
-    (4, 5),
-    (6, 7),
-    (0, 2),
-    (1, 3),
-    (4, 6),
-    (5, 7),
-    (1, 2),
-    (5, 6),
-    (0, 4),
-    (1, 5),
-    (2, 6),
-    (3, 7),
-    (2, 4),
-    (3, 5),
-    (1, 2),
-    (3, 4),
-    (5, 6),
+pub(super) const SORTING_NETWORK: [[u32; 2]; 19] = [
+    [0, 1],
+    [2, 3],
+    [4, 5],
+    [6, 7],
+    [0, 2],
+    [1, 3],
+    [4, 6],
+    [5, 7],
+    [1, 2],
+    [5, 6],
+    [0, 4],
+    [1, 5],
+    [2, 6],
+    [3, 7],
+    [2, 4],
+    [3, 5],
+    [1, 2],
+    [3, 4],
+    [5, 6],
 ];
 
 /// By how much the slopes of neighbouring cells may differ for their surface to count as even: about its angle in radians.
-const EVEN: f32 = 0.01;
+pub(super) const EVEN: f32 = 0.01;
 
 /// Samples on either side of one that tell the direction of a gap: enough to see through the steps of a slanted line.
-const RIM_REACH: i32 = 8;
+pub(super) const RIM_REACH: i32 = 8;
 
 impl DepthField {
     /// Unit normal of the surface at `at` in [−1, 1]² of a face as a ray along `direction` meets it, and whether that is its back.
@@ -154,7 +154,8 @@ fn median_step(k: usize, n: usize, step: impl Fn(usize) -> Option<f32>) -> f32 {
     }
     let missing = steps.len() - count;
     steps[count..count + missing / 2].fill(f32::NEG_INFINITY);
-    for (a, b) in SORTING_NETWORK {
+    for [a, b] in SORTING_NETWORK {
+        let (a, b) = (a as usize, b as usize);
         let (x, y) = (steps[a], steps[b]);
         (steps[a], steps[b]) = if y < x { (y, x) } else { (x, y) };
     }

@@ -22,19 +22,19 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 /// Share of the irradiance from which on every sample looks for objects; a smaller one is looked for less often, in
 /// proportion. Its noise is in proportion to the share as well, which makes this the best use of a ray (the number of
 /// samples should go with the standard deviation).
-const FULL_EFFORT: f32 = 0.25;
+pub(super) const FULL_EFFORT: f32 = 0.25;
 /// …but at least this often, so that no pixel is left with a handful of samples.
-const LEAST_EFFORT: f32 = 0.04;
+pub(super) const LEAST_EFFORT: f32 = 0.04;
 /// The same for points that are met once by a path, where a thinner effort would only make the rare find brighter.
-const LEAST_EFFORT_ONCE: f32 = 0.5;
+pub(super) const LEAST_EFFORT_ONCE: f32 = 0.5;
 /// How often the second order is sampled: it is small, and smooth.
-const SECOND_ORDER_EFFORT: f32 = 0.25;
+pub(super) const SECOND_ORDER_EFFORT: f32 = 0.25;
 
 /// How much larger, in solid angle, a cone is than the ball it is aimed at. Directions that meet the ball lie inside by more than
 /// rounding can move them, so that none of them is without density; what lies at the rim meets nothing.
-const MARGIN: f32 = 1.01;
+pub(super) const MARGIN: f32 = 1.01;
 /// Narrower cones are widened to this sin²: 10⁻⁴ rad, of which rounding of a direction is a thousandth.
-const NARROWEST: f32 = 1e-8;
+pub(super) const NARROWEST: f32 = 1e-8;
 
 /// The directions in which a ball is seen.
 #[derive(Clone, Copy)]

@@ -12,6 +12,8 @@
 mod adaptive;
 mod delta;
 mod differential;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod ibl;
 mod mirror;
 mod path;

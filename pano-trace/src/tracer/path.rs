@@ -39,7 +39,7 @@ impl Vertex<'_> {
 }
 
 /// Below this throughput paths are thinned out by Russian roulette, after this many bounces. Both only shift noise.
-const ROULETTE_FROM: u32 = 4;
+pub(super) const ROULETTE_FROM: u32 = 4;
 
 impl<'a, W: RealWorld> Tracer<'a, W> {
     /// What the ray meets first.

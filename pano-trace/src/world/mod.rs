@@ -6,6 +6,8 @@
 
 mod camera;
 mod captured;
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
 mod layered;
 mod proxy;
 #[cfg(test)]

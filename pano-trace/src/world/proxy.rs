@@ -42,27 +42,27 @@ pub struct Proxy {
 }
 
 #[derive(Clone, Debug)]
-struct Rectangle {
-    local_from_world: Affine3A,
+pub(super) struct Rectangle {
+    pub(super) local_from_world: Affine3A,
     /// Unit normal, world.
-    normal: Vec3,
-    half: Vec2,
-    surface: u32,
+    pub(super) normal: Vec3,
+    pub(super) half: Vec2,
+    pub(super) surface: u32,
 }
 
 /// Proxies under an environment at infinity.
 #[derive(Clone, Debug)]
 pub struct ProxyWorld {
-    rectangles: Vec<Rectangle>,
-    meshes: Vec<(Arc<PreparedMesh>, Affine3A, u32)>,
-    reflectances: Vec<Reflectance>,
-    tlas: Tlas,
-    environment: Arc<RadianceImage>,
-    pano_from_world: Quat,
-    capture: Vec3,
-    light: Option<SphereDistribution>,
+    pub(super) rectangles: Vec<Rectangle>,
+    pub(super) meshes: Vec<(Arc<PreparedMesh>, Affine3A, u32)>,
+    pub(super) reflectances: Vec<Reflectance>,
+    pub(super) tlas: Tlas,
+    pub(super) environment: Arc<RadianceImage>,
+    pub(super) pano_from_world: Quat,
+    pub(super) capture: Vec3,
+    pub(super) light: Option<SphereDistribution>,
     /// Irradiance by normal, equirectangular in the panorama's frame; only made when a reflectance is read off the picture.
-    irradiance: Option<RadianceImage>,
+    pub(super) irradiance: Option<RadianceImage>,
 }
 
 impl ProxyWorld {

@@ -2,6 +2,7 @@
 //! missing adapter is a failure. The adapter and the number of tests that ran on it are printed at the end.
 
 mod atrous;
+mod bsdf;
 mod bvh;
 mod composite;
 mod context;
@@ -16,6 +17,7 @@ mod resample;
 mod sparse;
 mod support;
 mod temporal;
+mod trace;
 
 use libtest_mimic::{Arguments, Trial};
 use pano_core::gpu::{Gpu, GpuOptions};
@@ -41,8 +43,10 @@ fn main() {
         resample::TESTS,
         light::TESTS,
         sparse::TESTS,
+        bsdf::TESTS,
         bvh::TESTS,
         march::TESTS,
+        trace::TESTS,
         pipeline::TESTS,
     ]
     .concat();

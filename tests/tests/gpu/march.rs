@@ -8,10 +8,11 @@ use pano_tests::random::Random;
 use pano_tests::rooms::{Cuboid, Room};
 use pano_trace::bvh::Ray;
 use pano_trace::prt::gpu::GpuDepthField;
-use pano_trace::prt::{Answer, DepthField, FieldOptions};
+use pano_trace::prt::{Answer, DepthField, FieldHit, FieldOptions, HiddenSide};
 
 pub(crate) const TESTS: &[Test] = &[
     ("march::rays_in_a_room_equal_the_cpu", rays_in_a_room_equal_the_cpu),
+    ("march::back_faces_equal_the_cpu", back_faces_equal_the_cpu),
     ("march::odd_fields_equal_the_cpu", odd_fields_equal_the_cpu),
     ("march::a_field_that_does_not_fit_is_refused", a_field_that_does_not_fit_is_refused),
 ];
@@ -45,11 +46,21 @@ fn disagreements(gpu: &Gpu, field: &DepthField, rays: &[Ray]) -> usize {
     let got = held.march(gpu, rays).unwrap();
     let mut apart = 0;
     for (ray, got) in rays.iter().zip(got) {
-        let same = match (got, field.march(ray.origin, ray.direction, ray.t_max)) {
+        let same = match (got.answer, field.march(ray.origin, ray.direction, ray.t_max)) {
             (Answer::Surface(a), Answer::Surface(b)) => {
+                let smooth = field.smooth_normal(ray.at(b.t), ray.direction, &b);
                 (a.t - b.t).abs() <= 1e-3 * (1.0 + b.t)
                     && a.back == b.back
-                    && (a.at_gap != b.at_gap || a.normal.dot(b.normal) > 0.99)
+                    && (a.at_gap != b.at_gap || (a.normal.dot(b.normal) > 0.99 && got.smooth_normal.dot(smooth) > 0.99))
+            }
+            (Answer::BackFace(a), Answer::BackFace(b)) => {
+                let shown = |hit: FieldHit| match hit.hidden_side {
+                    Some(HiddenSide::BackFace(q)) => (1, q),
+                    Some(HiddenSide::BackLayer(q)) => (2, q),
+                    None => (0, Vec3::ZERO),
+                };
+                let ((kind, q), (wanted, p)) = (shown(a), shown(b));
+                kind == wanted && q.dot(p) > 0.9999 && (a.t - b.t).abs() <= 1e-3 * (1.0 + b.t) && a.normal.dot(b.normal) > 0.99
             }
             (a, b) => std::mem::discriminant(&a) == std::mem::discriminant(&b),
         };
@@ -58,14 +69,19 @@ fn disagreements(gpu: &Gpu, field: &DepthField, rays: &[Ray]) -> usize {
     apart
 }
 
-fn rays_in_a_room_equal_the_cpu(gpu: &Gpu) {
-    let room = Room {
+/// A room with a table and a window.
+fn room() -> Room {
+    Room {
         walls: Cuboid { lo: Vec3::new(-2.0, -1.5, -3.0), hi: Vec3::new(2.5, 1.2, 2.0) },
         table: Some(Cuboid { lo: Vec3::new(-1.3, -1.5, -1.9), hi: Vec3::new(-0.2, -0.7, -1.1) }),
         window: Some((Vec2::new(-0.5, -0.3), Vec2::new(0.8, 0.6))),
         colors: [Vec3::ONE; 2],
         lights: [Vec3::ONE; 2],
-    };
+    }
+}
+
+fn rays_in_a_room_equal_the_cpu(gpu: &Gpu) {
+    let room = room();
     let mut random = Random::new(21);
     for width in [64, 512] {
         let (field, rays) = (field(&room.depth(width)), rays(&mut random, 30_000, 1.1));
@@ -73,6 +89,26 @@ fn rays_in_a_room_equal_the_cpu(gpu: &Gpu) {
         let apart = disagreements(gpu, &field, &rays);
         println!("{width}: {} rays, {hits} hits, {apart} apart", rays.len());
         assert!(hits > rays.len() / 3 && apart * 500 <= rays.len(), "{apart} of {} rays, of which {hits} hit", rays.len());
+    }
+}
+
+/// Rays that pass behind the table and through the window, of which a good part meets what is only assumed.
+fn back_faces_equal_the_cpu(gpu: &Gpu) {
+    let mut random = Random::new(23);
+    for width in [128, 512] {
+        let field = DepthField::new(&room().depth(width), &FieldOptions::default());
+        // From anywhere towards the table.
+        let rays: Vec<Ray> = (0..30_000)
+            .map(|_| {
+                let origin = random.direction() * random.between(0.0, 1.1);
+                let target = Vec3::new(random.between(-1.5, 0.0), random.between(-1.5, -0.5), random.between(-2.0, -1.0));
+                Ray::new(origin, (target - origin).normalize())
+            })
+            .collect();
+        let assumed = rays.iter().filter(|r| matches!(field.march(r.origin, r.direction, r.t_max), Answer::BackFace(_))).count();
+        let apart = disagreements(gpu, &field, &rays);
+        println!("{width}: {} rays, {assumed} meet what is assumed, {apart} apart", rays.len());
+        assert!(assumed > rays.len() / 50 && apart * 200 <= rays.len(), "{apart} of {} rays, {assumed} assumed", rays.len());
     }
 }
 

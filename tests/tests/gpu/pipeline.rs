@@ -22,6 +22,7 @@ pub(crate) const TESTS: &[Test] = &[
     ("pipeline::a_sequence_survives_a_loss", a_sequence_survives_a_loss),
     ("pipeline::small_memory_makes_no_difference", small_memory_makes_no_difference),
     ("pipeline::nasty_scenes_equal_the_cpu", nasty_scenes_equal_the_cpu),
+    ("pipeline::what_the_tracer_lacks_is_told_once", what_the_tracer_lacks_is_told_once),
     ("pipeline::auto_knows_a_program_from_a_gpu", auto_knows_a_program_from_a_gpu),
 ];
 
@@ -77,10 +78,12 @@ fn backends(rendered: &Rendered) -> Vec<(&'static str, &'static str)> {
 }
 
 fn frames_equal_the_cpu(gpu: &Gpu) {
-    for method in ["dpt", "onepass", "mr360", "ibl"] {
+    for method in ["dpt", "onepass", "twopass", "mr360", "ibl"] {
         let place = Place::new(method, (67, 45));
         let (got, want) = (place.render(&on_gpu()), place.render(&RenderOptions::default()));
-        assert!(backends(&got).iter().all(|s| s.1 == "gpu") && !backends(&got).is_empty(), "{method}: {:?}", backends(&got));
+        // What mr360 traces has no twin.
+        let on = |s: &(&str, &str)| if *s == ("trace", "cpu") { method == "mr360" } else { s.1 == "gpu" };
+        assert!(backends(&got).iter().all(on) && !backends(&got).is_empty(), "{method}: {:?}", backends(&got));
         assert!(backends(&want).iter().all(|s| s.1 == "cpu"), "{method}: {:?}", backends(&want));
         assert_eq!((got.stats.backend, want.stats.backend), ("gpu", "cpu"));
         assert_eq!((got.stats.adapter, &want.stats.adapter), (Some(gpu.adapter().to_string()), &None));
@@ -148,8 +151,11 @@ fn iprt_equals_the_cpu(_: &Gpu) {
 fn any_interval_of_stages_gives_the_same_picture(_: &Gpu) {
     let place = Place::new("dpt", (41, 30));
     let want = place.render(&RenderOptions::default());
+    let end = GPU_STAGES.len() - 1;
     for (from, first) in GPU_STAGES.iter().enumerate() {
-        for (until, last) in GPU_STAGES.iter().enumerate() {
+        // Each stage alone, all from it on, all up to it, and none.
+        let ends = |until: &usize| *until == from || *until == end || from == 0 || (from == end && *until == 0);
+        for (until, last) in GPU_STAGES.iter().enumerate().filter(|(until, _)| ends(until)) {
             let mut options = on_gpu();
             options.settings.set("gpu_from", first).unwrap();
             options.settings.set("gpu_until", last).unwrap();
@@ -231,4 +237,16 @@ fn auto_knows_a_program_from_a_gpu(gpu: &Gpu) {
     let told = got.stats.warnings.iter().filter(|w| w.contains(&gpu.adapter().name)).count();
     let software = gpu.adapter().software;
     assert_eq!((got.stats.backend, told), if software { ("cpu", 1) } else { ("gpu", 0) }, "{:?}", got.stats.warnings);
+}
+
+/// A stage that the GPU cannot do is done on the CPU, others are not, and the user is told why once.
+fn what_the_tracer_lacks_is_told_once(_: &Gpu) {
+    let place = Place::new("dpt", (24, 16));
+    let mut options = on_gpu();
+    options.settings.set("error_target", "0.05").unwrap();
+    let mut sequence = Sequence::new(&place.scene, &options);
+    let frames: Vec<Rendered> = (0..2).map(|_| sequence.render(0, &Silent).unwrap()).collect();
+    let told: Vec<&String> = frames.iter().flat_map(|f| &f.stats.warnings).filter(|w| w.contains("trace runs on")).collect();
+    assert_eq!(told, ["trace runs on the CPU: sampling is adaptive"]);
+    assert!(frames.iter().all(|f| backends(f).contains(&("trace", "cpu")) && backends(f).contains(&("composite", "gpu"))));
 }

@@ -12,11 +12,13 @@ pub enum Backend {
     Gpu,
 }
 
-/// Stages that can run on a GPU, in the order in which a frame passes them. `expand` is a part of what `--stats` calls `load`.
-pub const GPU_STAGES: [&str; 11] = [
+/// Stages that can run on a GPU, in the order in which a frame passes them. `expand` is a part of what `--stats` calls `load`;
+/// `trace` is that of the path tracers.
+pub const GPU_STAGES: [&str; 12] = [
     "expand",
     "view",
     "lights",
+    "trace",
     "sparse mask",
     "interpolation",
     "history real",
@@ -63,6 +65,6 @@ mod tests {
         assert_eq!(allowed(None, None), GPU_STAGES.len());
         assert_eq!((allowed(Some(last), None), allowed(None, Some(0)), allowed(Some(1), Some(1))), (1, 1, 1));
         assert_eq!(allowed(Some(1), Some(0)), 0);
-        assert!(!GpuSettings::default().allows("trace"));
+        assert!(!GpuSettings::default().allows("mean"));
     }
 }

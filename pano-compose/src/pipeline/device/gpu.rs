@@ -82,6 +82,22 @@ impl Device {
         }
     }
 
+    /// Leaves a stage to the CPU, as its twin cannot do it for `reason`; where a GPU would have done it otherwise, the user is told
+    /// once.
+    pub(super) fn decline(&mut self, stage: &str, reason: impl std::fmt::Display) {
+        self.on_gpu = false;
+        if self.told || self.backend == Backend::Cpu || !self.settings.allows(stage) {
+            return;
+        }
+        if matches!(self.state, State::Unknown) {
+            self.state = self.find();
+        }
+        if matches!(self.state, State::Ready(_)) {
+            self.told = true;
+            self.warnings.push(format!("{stage} runs on the CPU: {reason}"));
+        }
+    }
+
     /// Looks for a GPU, and says why there is none if the user may expect one.
     fn find(&mut self) -> State {
         match Gpu::new(&options(&self.settings)) {

@@ -28,6 +28,9 @@ pub(super) struct Device {
     warnings: Vec<String>,
     /// Whether the last stage ran on the GPU.
     on_gpu: bool,
+    /// Why a stage was left to the CPU has been told.
+    #[cfg(feature = "gpu")]
+    told: bool,
 }
 
 impl Device {
@@ -43,6 +46,8 @@ impl Device {
             state: gpu::State::Unknown,
             warnings: refused.then(|| "this build cannot use a GPU; the CPU does the work".into()).into_iter().collect(),
             on_gpu: false,
+            #[cfg(feature = "gpu")]
+            told: false,
         }
     }
 

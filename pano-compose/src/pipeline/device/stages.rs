@@ -6,16 +6,18 @@
 
 use super::Device;
 use crate::composite::{self, Clamped, Composite};
-use crate::pipeline::Result;
+use crate::pipeline::{Result, World};
 use glam::{Quat, Vec3};
 use pano_core::camera::Camera;
 use pano_core::image::{Image, RadianceImage};
 use pano_core::layers::TracedLayers;
 use pano_core::light::RadianceMaps;
+use pano_core::progress::Progress;
 use pano_core::sphere::resample;
 use pano_denoise::{atrous, cross_bilateral, firefly, temporal};
 use pano_light::{WorkingMap, detect, expand, ibl};
 use pano_trace::sparse;
+use pano_trace::tracer::{self, TraceParams, Traced};
 
 impl Device {
     /// [`expand::expand`], a part of stage `load`.
@@ -72,6 +74,33 @@ impl Device {
             return Ok(maps);
         }
         Ok(ibl::radiance_maps(panorama))
+    }
+
+    /// [`tracer::render`], stage `trace` of the path tracers. `None` if `progress` cancels.
+    pub(in crate::pipeline) fn trace(
+        &mut self,
+        frame: &tracer::Frame<'_>,
+        world: &World,
+        params: &TraceParams,
+        progress: &dyn Progress,
+    ) -> Result<Option<Traced>> {
+        #[cfg(feature = "gpu")]
+        match (world, tracer::gpu::missing(params)) {
+            (World::Proxies(world), None) => {
+                let trace =
+                    self.attempt("trace", |installed| tracer::gpu::render(&installed.gpu, frame, world, params, progress))?;
+                if let Some(traced) = trace {
+                    return Ok(traced);
+                }
+            }
+            (World::Proxies(_), Some(missing)) => self.decline("trace", missing),
+            _ => self.decline("trace", "surfaces of a panorama with depth are not yet traced on the GPU"),
+        }
+        Ok(match world {
+            World::Proxies(world) => tracer::render(frame, world.as_ref(), params, progress),
+            World::Captured(world) => tracer::render(frame, world.as_ref(), params, progress),
+            World::Layered(world) => tracer::render(frame, world.as_ref(), params, progress),
+        })
     }
 
     /// [`cross_bilateral::filter`], stage `denoise`. Nothing may change the layers between this stage and

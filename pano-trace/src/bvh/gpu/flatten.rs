@@ -15,38 +15,40 @@ pub(super) struct Flat {
     pub(super) nodes: Vec<Node>,
     pub(super) triangles: Vec<Triangle>,
     pub(super) instances: Vec<Instance>,
-    /// Of the upper tree; [`NOTHING`] for none.
-    pub(super) root: u32,
+    /// Of the upper trees; [`NOTHING`] for one without instances.
+    pub(super) roots: Vec<u32>,
 }
 
-/// All of a hierarchy. A mesh that is placed more than once is there once.
-pub(super) fn flatten(tlas: &Tlas) -> Flat {
-    let mut flat = Flat { root: NOTHING, ..Flat::default() };
-    let mut roots = HashMap::new();
-    let mut instances = Vec::new();
-    for (index, instance) in tlas.instances.iter().enumerate() {
-        let root = match roots.get(&Arc::as_ptr(&instance.blas)) {
-            Some(&root) => root,
-            None => {
-                let root = flat.add_mesh(&instance.blas);
-                roots.insert(Arc::as_ptr(&instance.blas), root);
-                root
-            }
-        };
-        let rows = Mat4::from(instance.mesh_from_world).transpose();
-        let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.to_array());
-        instances.push(Instance { x, y, z, root, index: index as u32, pad1: 0, pad2: 0 });
-    }
-    if !instances.is_empty() {
-        let boxes: Vec<Aabb> = tlas.instances.iter().map(|i| i.bounds).collect();
-        let tree = Tree::build(&boxes, BvhBuildParams::fast_build());
-        flat.instances = tree.order.iter().map(|&i| instances[i as usize]).collect();
-        flat.root = flat.add_nodes(tree, 0);
+/// All of some hierarchies. A mesh that is placed more than once is there once.
+pub(super) fn flatten(hierarchies: &[&Tlas]) -> Flat {
+    let (mut flat, mut meshes) = (Flat::default(), HashMap::new());
+    for tlas in hierarchies {
+        let root = flat.add_hierarchy(tlas, &mut meshes);
+        flat.roots.push(root);
     }
     flat
 }
 
 impl Flat {
+    /// Adds the instances of a hierarchy, and those meshes that are not there yet (`roots` has them by their address); its root.
+    fn add_hierarchy(&mut self, tlas: &Tlas, roots: &mut HashMap<*const Blas, u32>) -> u32 {
+        let mut instances = Vec::new();
+        for (index, instance) in tlas.instances.iter().enumerate() {
+            let root = *roots.entry(Arc::as_ptr(&instance.blas)).or_insert_with(|| self.add_mesh(&instance.blas));
+            let rows = Mat4::from(instance.mesh_from_world).transpose();
+            let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.to_array());
+            instances.push(Instance { x, y, z, root, index: index as u32, pad1: 0, pad2: 0 });
+        }
+        if instances.is_empty() {
+            return NOTHING;
+        }
+        let boxes: Vec<Aabb> = tlas.instances.iter().map(|i| i.bounds).collect();
+        let tree = Tree::build(&boxes, BvhBuildParams::fast_build());
+        let begin = self.instances.len() as u32;
+        self.instances.extend(tree.order.iter().map(|&i| instances[i as usize]));
+        self.add_nodes(tree, begin)
+    }
+
     /// Adds a mesh; its root.
     fn add_mesh(&mut self, blas: &Blas) -> u32 {
         // No corner may lie outside its box by the rounding of its edges.
@@ -173,9 +175,12 @@ mod tests {
         let positions: Vec<Vec3> = (0..60).map(|i| Vec3::new(i as f32, (i * i % 17) as f32, (i * 3 % 11) as f32)).collect();
         let faces: Vec<[u32; 3]> = (0..20).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let mesh = Arc::new(Blas::build(&positions, &faces));
-        let places = (0..7).map(|i| (mesh.clone(), Affine3A::from_translation(Vec3::X * 100.0 * i as f32)));
-        let flat = flatten(&Tlas::build(places));
-        assert_eq!((flat.triangles.len(), flat.instances.len()), (20, 7), "one mesh in seven places");
+        let place = |i: i32| (mesh.clone(), Affine3A::from_translation(Vec3::X * 100.0 * i as f32));
+        let places: Vec<_> = (0..7).map(place).collect();
+        let flat = flatten(&[&Tlas::build(places), &Tlas::build([(mesh, Affine3A::IDENTITY)])]);
+        assert_eq!((flat.triangles.len(), flat.instances.len()), (20, 8), "one mesh in eight places, of two hierarchies");
+        assert_eq!(flat.instances[0].root, flat.instances[7].root);
+        assert_eq!(flat.nodes[flat.roots[1] as usize].first, 7);
         let mut seen = [0; 20];
         let mut open = vec![flat.instances[0].root];
         while let Some(node) = open.pop() {
@@ -191,6 +196,6 @@ mod tests {
             }
         }
         assert_eq!(seen, [1; 20]);
-        assert_eq!(flatten(&Tlas::build([])).root, NOTHING);
+        assert_eq!(flatten(&[&Tlas::build([])]).roots, [NOTHING]);
     }
 }

@@ -89,13 +89,14 @@ pub static SHADER: Shader = Shader {
     specializations: &[Specialization { entry: "closest", constants: &[] }, Specialization { entry: "any_hit", constants: &[] }],
 };
 
-/// Instances of meshes in the GPU's memory.
+/// Hierarchies in the GPU's memory.
 #[derive(Debug)]
 pub struct GpuTlas {
     nodes: GpuBuffer,
     triangles: GpuBuffer,
     instances: GpuBuffer,
-    root: u32,
+    /// Of each.
+    roots: Vec<u32>,
 }
 
 impl GpuTlas {
@@ -104,18 +105,40 @@ impl GpuTlas {
     /// # Errors
     /// [`pano_core::gpu::GpuError::TooLarge`] if there are too many triangles, or what has become of the device.
     pub fn new(gpu: &Gpu, tlas: &Tlas) -> GpuResult<Self> {
-        let mut flat = flatten::flatten(tlas);
+        Self::of(gpu, &[tlas])
+    }
+
+    /// Copies several, whose meshes are shared.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn of(gpu: &Gpu, hierarchies: &[&Tlas]) -> GpuResult<Self> {
+        let mut flat = flatten::flatten(hierarchies);
         // Nothing can be bound of nothing; without a root nobody looks at it.
-        if tlas.is_empty() {
+        if flat.instances.is_empty() {
             (flat.nodes, flat.triangles, flat.instances) =
                 (vec![Zeroable::zeroed()], vec![Zeroable::zeroed()], vec![Zeroable::zeroed()]);
+        }
+        // Faces without an area are in no tree.
+        if flat.triangles.is_empty() {
+            flat.triangles.push(Zeroable::zeroed());
         }
         Ok(Self {
             nodes: gpu.upload_slice(&flat.nodes)?,
             triangles: gpu.upload_slice(&flat.triangles)?,
             instances: gpu.upload_slice(&flat.instances)?,
-            root: flat.root,
+            roots: flat.roots,
         })
+    }
+
+    /// Where each hierarchy's tree begins, for [`TRAVERSAL`].
+    pub(crate) fn roots(&self) -> &[u32] {
+        &self.roots
+    }
+
+    /// What a shader with [`TRAVERSAL`] binds.
+    pub(crate) fn bindings(&self) -> [(u32, &GpuBuffer); 3] {
+        [(1, &self.nodes), (2, &self.triangles), (3, &self.instances)]
     }
 
     /// [`Tlas::intersect`] of each ray.
@@ -144,11 +167,11 @@ impl GpuTlas {
     fn trace<T: Pod>(&self, gpu: &Gpu, entry: &'static str, binding: u32, rays: &[Ray]) -> GpuResult<Vec<T>> {
         let rays_kernel = RayKernel {
             kernel: Kernel { shader: &SHADER, entry, constants: &[] },
-            buffers: &[(1, &self.nodes), (2, &self.triangles), (3, &self.instances)],
+            buffers: &self.bindings(),
             bindings: [4, binding],
             batch: BATCH,
         };
-        rays_kernel.run(gpu, |count| Rays { count, root: self.root }, rays)
+        rays_kernel.run(gpu, |count| Rays { count, root: self.roots[0] }, rays)
     }
 }
 

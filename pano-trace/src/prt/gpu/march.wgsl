@@ -1,44 +1,32 @@
-// Hierarchical marching of rays through the depth field, surfaces only, one invocation a ray; see march.rs for the reasons. In
-// homogeneous coordinates on the faces of a cube everything along a ray is linear.
-
-struct March {
-    // Rays, cells along a face, levels of the pyramid, cells that a ray may look at.
-    count: u32,
-    cells: u32,
-    levels: u32,
-    steps: u32,
-    // Planar depth of the nearest sample of each face; FAR_AWAY if it has none.
-    nearest: array<vec4f, 2>,
-    // Where each level begins in `upper`, of one face; and in the last one, how many numbers that are in all.
-    begins: array<vec4u, 4>,
-}
+// Hierarchical marching of rays through the depth field; see march.rs and back_face.rs for the reasons. In homogeneous coordinates on
+// the faces of a cube everything along a ray is linear. Comes after field.wgsl.
+//
+// A ray that passes behind a layer asks for another ray's way (the back face is the front one, turned). Shaders know no recursion:
+// the first ray stops there (`Journey`), and goes on when the other has been marched.
 
 // What a ray met.
 struct Met {
-    // Place on the face, in [-1, 1].
-    at: vec2f,
+    normal: vec3f,
     t: f32,
-    face: u32,
     // One of the numbers below.
     what: u32,
     at_gap: u32,
+    back: u32,
+    pad1: u32,
+    // The direction that shows what an assumed face is made of.
+    shown: vec3f,
+    pad2: u32,
 }
-
-@group(0) @binding(0) var<uniform> params: March;
-// Inverse planar depth, (n + 1)² samples a face; 0 where nothing is.
-@group(0) @binding(1) var<storage, read> inverse: array<f32>;
-// As many sets of bits: 1 the cell lies across a gap, 2 the step to the right is one, 4 the step down is one.
-@group(0) @binding(2) var<storage, read> gaps: array<u32>;
-// Smallest and largest inverse depth of the cells of each face, and of the levels above them, packed and in tiles (pyramid.rs).
-@group(0) @binding(3) var<storage, read> base: array<u32>;
-@group(0) @binding(4) var<storage, read> upper: array<u32>;
-@group(0) @binding(5) var<storage, read> rays: array<Ray>;
-@group(0) @binding(6) var<storage, read_write> met: array<Met>;
 
 const LEFT: u32 = 0u;
 const SURFACE: u32 = 1u;
 const OUT_OF_STEPS: u32 = 2u;
-const FAR_AWAY: f32 = 3e38;
+// What is only assumed.
+const BACK_FACE: u32 = 3u;
+const BACK_LAYER: u32 = 4u;
+// No answer yet: the ray passes behind a layer, or comes back in sight.
+const ENTERS: u32 = 5u;
+const IN_SIGHT: u32 = 6u;
 const NONE: f32 = -1.0;
 
 struct Stretch {
@@ -51,18 +39,6 @@ struct Stretch {
     inverse_along: f32,
     weighted_t: f32,
     weighted_t_along: f32,
-}
-
-// Forward, right and down of a face, as rows.
-fn axes_of(face: u32) -> mat3x3f {
-    switch face {
-        case 0u: { return mat3x3f(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 0.0, 1.0), vec3f(0.0, -1.0, 0.0)); }
-        case 1u: { return mat3x3f(vec3f(-1.0, 0.0, 0.0), vec3f(0.0, 0.0, -1.0), vec3f(0.0, -1.0, 0.0)); }
-        case 2u: { return mat3x3f(vec3f(0.0, 1.0, 0.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, 0.0, -1.0)); }
-        case 3u: { return mat3x3f(vec3f(0.0, -1.0, 0.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, 0.0, 1.0)); }
-        case 4u: { return mat3x3f(vec3f(0.0, 0.0, 1.0), vec3f(-1.0, 0.0, 0.0), vec3f(0.0, -1.0, 0.0)); }
-        default: { return mat3x3f(vec3f(0.0, 0.0, -1.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, -1.0, 0.0)); }
-    }
 }
 
 // A point of the ray on the face: x, y, inverse planar depth, t times that. Without an end it is the vanishing point.
@@ -80,7 +56,7 @@ fn clip(face: u32, ray: Ray) -> Stretch {
     var stretch: Stretch;
     stretch.face = face;
     stretch.exists = false;
-    let nearest = params.nearest[face / 4u][face % 4u];
+    let nearest = params.field.nearest[face / 4u][face % 4u];
     if nearest >= FAR_AWAY {
         return stretch;
     }
@@ -104,7 +80,7 @@ fn clip(face: u32, ray: Ray) -> Stretch {
     if !(t0 < t1) {
         return stretch;
     }
-    let n = f32(params.cells);
+    let n = f32(params.field.cells);
     let begin = project(o, d, t0, near);
     let end = project(o, d, t1, near);
     if !is_finite(begin.x) || !is_finite(begin.y) || !is_finite(end.x) || !is_finite(end.y) || !is_finite(end.z) {
@@ -130,34 +106,6 @@ fn weighted_t_along(ray: Stretch, s: f32) -> f32 {
     return ray.weighted_t + ray.weighted_t_along * s;
 }
 
-// The index of a sample, and of its bits.
-fn sample_of(face: u32, i: u32, j: u32) -> u32 {
-    let side = params.cells + 1u;
-    return (face * side + j) * side + i;
-}
-
-// The inverse depth that a bound of a range stands for.
-fn unpacked(code: u32) -> f32 {
-    if code == 0u {
-        return 0.0;
-    }
-    return select(bitcast<f32>((code + BIAS) << SHIFT), FAR_AWAY, code == 0xffffu);
-}
-
-fn range_of(face: u32, level: u32, x: u32, y: u32) -> vec2f {
-    let side = (params.cells + (1u << level) - 1u) >> level;
-    let across = (side + TILE - 1u) / TILE;
-    let at = ((y / TILE * across + x / TILE) * TILE + y % TILE) * TILE + x % TILE;
-    var packed: u32;
-    if level == 0u {
-        packed = base[face * across * across * TILE * TILE + at];
-    } else {
-        let begin = params.begins[(level - 1u) / 4u][(level - 1u) % 4u];
-        packed = upper[face * params.begins[3][3] + begin + at];
-    }
-    return vec2f(unpacked(packed & 0xffffu), unpacked(packed >> 16u));
-}
-
 // Where a coordinate leaves the cell `c` of the given size.
 fn exit(start: f32, along: f32, c: u32, size: f32) -> f32 {
     if along > 0.0 {
@@ -166,61 +114,38 @@ fn exit(start: f32, along: f32, c: u32, size: f32) -> f32 {
     return select(FAR_AWAY, (f32(c) * size - start) / along, along < 0.0);
 }
 
-// The surface about a sample beside a gap: its value and its slopes per cell, from the neighbours on its own side of it.
-fn quarter(face: u32, i: u32, j: u32) -> vec3f {
-    let n = params.cells;
-    let k = sample_of(face, i, j);
-    let row = n + 1u;
-    let value = inverse[k];
-    var slopes = vec2f(0.0);
-    let left = i > 0u && (gaps[k - min(k, 1u)] & 2u) == 0u;
-    let right = i < n && (gaps[k] & 2u) == 0u;
-    let above = j > 0u && (gaps[k - min(k, row)] & 4u) == 0u;
-    let below = j < n && (gaps[k] & 4u) == 0u;
-    if left && right {
-        slopes.x = 0.5 * (inverse[k + 1u] - inverse[k - 1u]);
-    } else if left {
-        slopes.x = value - inverse[k - 1u];
-    } else if right {
-        slopes.x = inverse[k + 1u] - value;
-    }
-    if above && below {
-        slopes.y = 0.5 * (inverse[k + row] - inverse[k - row]);
-    } else if above {
-        slopes.y = value - inverse[k - row];
-    } else if below {
-        slopes.y = inverse[k + row] - value;
-    }
-    return vec3f(value, slopes);
-}
-
-// Whether two corners of one cell belong to different surfaces: every way along its edges crosses a gap.
-fn gap_between(face: u32, a: vec2u, b: vec2u) -> bool {
-    let lo = min(a, b);
-    let right_a = a.x != b.x && (gaps[sample_of(face, lo.x, a.y)] & 2u) != 0u;
-    let right_b = a.x != b.x && (gaps[sample_of(face, lo.x, b.y)] & 2u) != 0u;
-    let below_a = a.y != b.y && (gaps[sample_of(face, a.x, lo.y)] & 4u) != 0u;
-    let below_b = a.y != b.y && (gaps[sample_of(face, b.x, lo.y)] & 4u) != 0u;
-    return (right_a || below_b) && (below_a || right_b);
-}
-
 // Where along the ray a line through the middle of a cell is crossed, within (s0, s1), or s1.
 fn cut(start: f32, along: f32, at: f32, s0: f32, s1: f32) -> f32 {
     let s = (at - start) / along;
     return select(s1, s, along != 0.0 && s > s0 && s < s1);
 }
 
-// At a gap each corner keeps a quarter of the cell, in its own plane; NONE for no crossing.
-fn cross_quarters(ray: Stretch, cell: vec2u, s0: f32, s1: f32) -> f32 {
+// What came of a cell: where the ray crosses a surface, NONE for no crossing; or that it passes between two layers.
+struct Crossing {
+    root: f32,
+    // ENTERS or IN_SIGHT; LEFT for neither.
+    what: u32,
+    // In which of three parts of the cell, and where.
+    part: u32,
+    s: f32,
+    corner: vec2u,
+    other: vec2u,
+}
+
+// At a gap each corner keeps a quarter of the cell, in its own plane. The first `parts` - 1 parts are done, and the passage into the
+// next one has been told.
+fn cross_quarters(ray: Stretch, cell: vec2u, s0: f32, s1: f32, parts: u32, back_faces: bool) -> Crossing {
     let middle = vec2f(cell) + 0.5;
     let cx = cut(ray.begin.x, ray.along.x, middle.x, s0, s1);
     let cy = cut(ray.begin.y, ray.along.y, middle.y, s0, s1);
     var ends = array<f32, 4>(s0, min(cx, cy), max(cx, cy), s1);
+    var result: Crossing;
+    result.root = NONE;
     var other = vec2u(0u);
     var last = NONE;
-    for (var k = 0; k < 3; k++) {
+    for (var k = max(parts, 1u) - 1u; k < 3u; k++) {
         let e0 = ends[k];
-        let e1 = ends[k + 1];
+        let e1 = ends[k + 1u];
         if e1 <= e0 {
             continue;
         }
@@ -233,19 +158,36 @@ fn cross_quarters(ray: Stretch, cell: vec2u, s0: f32, s1: f32) -> f32 {
         let v1 = max(q.x + dot(q.yz, off1), 0.0);
         let w0 = inverse_along(ray, e0);
         let w1 = inverse_along(ray, e1);
-        // The crack between two quarters of one surface.
-        if last >= 0.0 && !gap_between(ray.face, other, corner) && (w0 > last) != (w0 > v0) {
-            return e0;
+        if last >= 0.0 {
+            if !gap_between(ray.face, other, corner) {
+                // The crack between two quarters of one surface.
+                if (w0 > last) != (w0 > v0) {
+                    result.root = e0;
+                    return result;
+                }
+            } else if back_faces && w0 < max(last, v0) {
+                var what = LEFT;
+                if w0 > min(last, v0) && v0 > last {
+                    // Infinity has no sides.
+                    what = select(LEFT, ENTERS, last > 0.0);
+                } else if w0 > v0 {
+                    what = IN_SIGHT;
+                }
+                if what != LEFT {
+                    return Crossing(NONE, what, k, e0, corner, other);
+                }
+            }
         }
         let g0 = w0 - v0;
         let g1 = w1 - v1;
         if (g0 > 0.0) != (g1 > 0.0) {
-            return e0 + (e1 - e0) * clamp(g0 / (g0 - g1), 0.0, 1.0);
+            result.root = e0 + (e1 - e0) * clamp(g0 / (g0 - g1), 0.0, 1.0);
+            return result;
         }
         other = corner;
         last = v1;
     }
-    return NONE;
+    return result;
 }
 
 // Ray minus bilinear patch.
@@ -280,20 +222,76 @@ fn cross_bilinear(corners: vec4f, ray: Stretch, cell: vec2u, s0: f32, s1: f32) -
     return select(lo.x, root, is_finite(root));
 }
 
-// The first surface on a stretch nearer than `t_max`, as `Met`; `steps` counts down.
-fn march_stretch(ray: Stretch, t_max: f32, steps: ptr<function, u32>) -> Met {
-    var result = Met(vec2f(0.0), 0.0, ray.face, LEFT, 0u);
-    let n = params.cells;
-    let top = params.levels - 1u;
-    let length = max(abs(ray.along.x), abs(ray.along.y));
-    let nudge = select(1.0, min(NUDGE / max(length, 1e-30), 1.0), length > 0.0);
-    var s = 0.0;
-    var level = min(top, 3u);
+// A ray on its way.
+struct Journey {
+    ray: Ray,
+    // Faces of the cube that are behind it, as bits.
+    done: u32,
+    steps: u32,
+    stretch: Stretch,
+    // On the stretch: where, on which level of the pyramid.
+    s: f32,
+    level: u32,
+    // Parts of the cell that are done, and one more; 0 before the cell.
+    parts: u32,
+    // The passage that it stopped at.
+    passage: Crossing,
+}
+
+fn journey_of(ray: Ray) -> Journey {
+    var journey: Journey;
+    journey.ray = ray;
+    journey.steps = params.field.steps;
+    return journey;
+}
+
+// Goes on to the stretch in the next face that sees the ray; false if there is none before `end`.
+fn next_stretch(journey: ptr<function, Journey>, end: f32) -> bool {
+    var first: Stretch;
+    first.exists = false;
+    for (var face = 0u; face < 6u; face++) {
+        if (((*journey).done >> face) & 1u) == 0u {
+            let stretch = clip(face, (*journey).ray);
+            if stretch.exists && (!first.exists || stretch.t_begin < first.t_begin) {
+                first = stretch;
+            } else if !stretch.exists {
+                (*journey).done |= 1u << face;
+            }
+        }
+    }
+    if !first.exists || first.t_begin >= end {
+        return false;
+    }
+    (*journey).done |= 1u << first.face;
+    (*journey).stretch = first;
+    (*journey).s = 0.0;
+    (*journey).level = min(params.field.levels - 1u, 3u);
+    (*journey).parts = 0u;
+    return true;
+}
+
+// The first surface nearer than `end`, or the next passage between layers.
+fn march_on(journey: ptr<function, Journey>, end: f32, back_faces: bool) -> Met {
+    var result: Met;
+    let n = params.field.cells;
+    let top = params.field.levels - 1u;
     // Whether the ray has just passed over a block, and a cell of it.
     var has_passed = false;
     var passed = vec2u(0u);
-    while *steps > 0u {
-        *steps -= 1u;
+    while (*journey).steps > 0u {
+        if !(*journey).stretch.exists {
+            if !next_stretch(journey, end) {
+                return result;
+            }
+            has_passed = false;
+        }
+        let ray = (*journey).stretch;
+        let length = max(abs(ray.along.x), abs(ray.along.y));
+        let nudge = select(1.0, min(NUDGE / max(length, 1e-30), 1.0), length > 0.0);
+        let s = (*journey).s;
+        var level = (*journey).level;
+        // What stopped in a cell goes on there.
+        (*journey).steps -= select(0u, 1u, (*journey).parts == 0u);
         let next = min(s + nudge, 1.0);
         let p = ray.begin + ray.along * next;
         let cell = vec2u(clamp(vec2i(p), vec2i(0), vec2i(i32(n) - 1)));
@@ -308,74 +306,202 @@ fn march_stretch(ray: Stretch, t_max: f32, steps: ptr<function, u32>) -> Met {
         let w0 = inverse_along(ray, s);
         let w1 = inverse_along(ray, s_exit);
         let range = range_of(ray.face, level, c.x, c.y);
+        (*journey).level = level;
         if max(w0, w1) >= range.x && min(w0, w1) <= range.y {
             if level > 0u {
-                level -= 1u;
+                (*journey).level = level - 1u;
                 continue;
             }
             let k = sample_of(ray.face, cell.x, cell.y);
-            let at_gap = gaps[k] & 1u;
+            let at_gap = field_gaps(k) & 1u;
             var root = NONE;
             if at_gap == 1u {
-                root = cross_quarters(ray, cell, s, s_exit);
+                let crossing = cross_quarters(ray, cell, s, s_exit, (*journey).parts, back_faces);
+                if crossing.what != LEFT {
+                    (*journey).parts = crossing.part + 1u;
+                    (*journey).passage = crossing;
+                    result.what = crossing.what;
+                    return result;
+                }
+                root = crossing.root;
             } else {
-                let corners = vec4f(inverse[k], inverse[k + 1u], inverse[k + n + 1u], inverse[k + n + 2u]);
+                let below = k + n + 1u;
+                let corners = vec4f(field_inverse(k), field_inverse(k + 1u), field_inverse(below), field_inverse(below + 1u));
                 root = cross_bilinear(corners, ray, cell, s, s_exit);
             }
             if root >= 0.0 {
                 let t = weighted_t_along(ray, root) / inverse_along(ray, root);
-                if t > 0.0 && is_finite(t) && t < t_max {
-                    result.at = (ray.begin + ray.along * root) * (2.0 / f32(n)) - 1.0;
-                    result.t = t;
-                    result.what = SURFACE;
-                    result.at_gap = at_gap;
-                    return result;
+                if t > 0.0 && is_finite(t) && t < end {
+                    let at = (ray.begin + ray.along * root) * (2.0 / f32(n)) - 1.0;
+                    let side = side_of(ray.face, at, (*journey).ray.direction);
+                    if side.exists {
+                        return Met(side.normal, t, SURFACE, at_gap, select(0u, 1u, side.back), 0u, vec3f(0.0), 0u);
+                    }
                 }
             }
         } else {
             has_passed = true;
             passed = cell;
         }
-        if s_exit >= 1.0 || (t_max < FAR_AWAY && weighted_t_along(ray, s_exit) >= t_max * inverse_along(ray, s_exit)) {
-            return result;
+        (*journey).parts = 0u;
+        (*journey).s = s_exit;
+        if s_exit >= 1.0 || (end < FAR_AWAY && weighted_t_along(ray, s_exit) >= end * inverse_along(ray, s_exit)) {
+            (*journey).stretch.exists = false;
         }
-        s = s_exit;
     }
     result.what = OUT_OF_STEPS;
     return result;
 }
 
-@compute @workgroup_size(64)
-fn march(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= params.count {
-        return;
-    }
-    let ray = rays[id.x];
-    var steps = params.steps;
-    // The faces that see the ray, in the order in which it passes them.
-    var done = 0u;
-    var result = Met(vec2f(0.0), 0.0, 0u, LEFT, 0u);
-    for (var pass_ = 0; pass_ < 6; pass_++) {
-        var first: Stretch;
-        first.exists = false;
-        for (var face = 0u; face < 6u; face++) {
-            if ((done >> face) & 1u) == 0u {
-                let stretch = clip(face, ray);
-                if stretch.exists && (!first.exists || stretch.t_begin < first.t_begin) {
-                    first = stretch;
-                } else if !stretch.exists {
-                    done |= 1u << face;
-                }
+// Unit direction, in cells, across a gap between a sample on the front layer and one behind: to where the samples around that are nearer
+// to the front layer lie on the average.
+fn toward_front(face: u32, front: vec2i, behind: vec2i) -> vec2f {
+    let n = i32(params.field.cells);
+    let near = field_inverse(sample_of(face, u32(front.x), u32(front.y)));
+    let far = field_inverse(sample_of(face, u32(behind.x), u32(behind.y)));
+    let radius = f32(RIM_REACH);
+    var toward = vec2f(0.0);
+    for (var y = -i32(RIM_REACH); y <= i32(RIM_REACH); y++) {
+        for (var x = -i32(RIM_REACH); x <= i32(RIM_REACH); x++) {
+            let p = front + vec2i(x, y);
+            let mirror = front + behind - p;
+            let from_middle = vec2f(p * 2 - front - behind) * 0.5;
+            let weight = 1.0 - dot(from_middle, from_middle) / (radius * radius);
+            if weight > 0.0 && all(p >= vec2i(0)) && all(p <= vec2i(n)) && all(mirror >= vec2i(0)) && all(mirror <= vec2i(n)) {
+                let value = field_inverse(sample_of(face, u32(p.x), u32(p.y)));
+                toward += from_middle * (weight * clamp((2.0 * value - near - far) / (near - far), -1.0, 1.0));
             }
         }
-        if !first.exists || first.t_begin >= ray.t_max {
+    }
+    let inverse = 1.0 / sqrt(dot(toward, toward));
+    if is_finite(inverse) && inverse > 0.0 {
+        return toward * inverse;
+    }
+    return normalize(vec2f(front - behind));
+}
+
+// A ray crossing the gap beside a front layer, going behind it.
+struct Entry {
+    edge: vec3f,
+    t: f32,
+    rim: vec3f,
+    exists: bool,
+    back: vec3f,
+    back_sample: vec3f,
+}
+
+// A layer's plane near a passage, in the face's frame, and the place it was read at, in cells.
+struct Layer {
+    plane: vec3f,
+    at: vec2f,
+}
+
+fn layer_at(face: u32, sample: vec2u, clear_of_gap: vec2f) -> Layer {
+    let n = f32(params.field.cells);
+    let clear = clamp(clear_of_gap, vec2f(0.0), vec2f(n));
+    let cell = cell_of(clear);
+    if (field_gaps(sample_of(face, cell.x, cell.y)) & 1u) != 0u {
+        let place = vec2f(sample) * (2.0 / n) - 1.0;
+        let slopes = slopes_at(face, sample.x, sample.y) * (0.5 * n);
+        return Layer(vec3f(slopes, field_inverse(sample_of(face, sample.x, sample.y)) - dot(slopes, place)), vec2f(sample));
+    }
+    let place = clear * (2.0 / n) - 1.0;
+    return Layer(smooth_plane(face, place, patch_at(face, place)), clear);
+}
+
+fn enter(journey: ptr<function, Journey>) -> Entry {
+    let passage = (*journey).passage;
+    let ray = (*journey).stretch;
+    let per_cell = 2.0 / f32(params.field.cells);
+    let middle = ray.begin + ray.along * passage.s;
+    let toward = toward_front(ray.face, vec2i(passage.corner), vec2i(passage.other));
+    let front = layer_at(ray.face, passage.corner, middle + toward * CLEAR);
+    var entry: Entry;
+    // The rim's middle, and a point on either side of it, half a cell away.
+    let along_rim = 0.5 * vec2f(-toward.y, toward.x);
+    var points: array<vec3f, 3>;
+    for (var k = 0; k < 3; k++) {
+        let at = vec3f((middle + along_rim * f32(k - 1)) * per_cell - 1.0, 1.0);
+        let inverse = dot(front.plane, at);
+        if inverse <= 0.0 {
+            return entry;
+        }
+        points[k] = from_face(ray.face, at) / inverse;
+    }
+    let rim = points[2] - points[0];
+    let rim_inverse = 1.0 / sqrt(dot(rim, rim));
+    entry.exists = is_finite(rim_inverse) && rim_inverse > 0.0;
+    entry.edge = points[1];
+    entry.rim = rim * rim_inverse;
+    let step = ray.along / max(max(abs(ray.along.x), abs(ray.along.y)), 1e-37);
+    let back = layer_at(ray.face, passage.other, middle - step * CLEAR);
+    entry.back = from_face(ray.face, back.plane);
+    entry.back_sample = normalize(from_face(ray.face, vec3f(back.at * per_cell - 1.0, 1.0)));
+    entry.t = weighted_t_along(ray, passage.s) / inverse_along(ray, passage.s);
+    return entry;
+}
+
+// A quarter turn about unit `axis`, there or back.
+fn quarter_turn(axis: vec3f, v: vec3f, way: f32) -> vec3f {
+    return axis * dot(axis, v) + way * cross(axis, v);
+}
+
+// The nearest surface on a ray, or what is assumed at its gaps.
+fn march_ray(ray: Ray, back_faces: bool) -> Met {
+    var journey = journey_of(ray);
+    // The nearest back face so far, and the layer that ends the ray if it stays behind the front one until then.
+    var face: Met;
+    var layer: Met;
+    var answer: Met;
+    loop {
+        var assumed: Met;
+        if face.what != LEFT && face.t < ray.t_max {
+            assumed = face;
+        }
+        if layer.what != LEFT && layer.t < ray.t_max && (assumed.what == LEFT || layer.t < assumed.t) {
+            assumed = layer;
+        }
+        let end = select(assumed.t, ray.t_max, assumed.what == LEFT);
+        let met = march_on(&journey, end, back_faces);
+        if met.what < ENTERS {
+            answer = met;
+            if met.what == LEFT {
+                answer = assumed;
+            }
             break;
         }
-        done |= 1u << first.face;
-        result = march_stretch(first, ray.t_max, &steps);
-        if result.what != LEFT {
-            break;
+        if met.what == IN_SIGHT {
+            layer.what = LEFT;
+            continue;
+        }
+        let entry = enter(&journey);
+        if !entry.exists {
+            continue;
+        }
+        // Turned back, the ray meets the front layer from behind where it meets the back face.
+        let outward = normalize(entry.edge);
+        let inward = ray.direction - outward * dot(ray.direction, outward);
+        let way = select(1.0, -1.0, dot(quarter_turn(entry.rim, outward, 1.0), inward) < 0.0);
+        let crossing = ray.origin + ray.direction * entry.t;
+        let start = entry.edge + quarter_turn(entry.rim, crossing - entry.edge, way);
+        let turned = quarter_turn(entry.rim, ray.direction, way);
+        let most = select(face.t, ray.t_max, face.what == LEFT);
+        var other = journey_of(Ray(start, select(most - entry.t, FAR_AWAY, most >= FAR_AWAY), turned, 0u));
+        let front = march_on(&other, other.ray.t_max, false);
+        if front.what == SURFACE && front.back == 1u && entry.t + front.t > 0.0 {
+            let q = normalize(start + turned * front.t);
+            var normal = quarter_turn(entry.rim, smooth_normal(q, turned, Side(front.normal, true, true)), -way);
+            normal = select(normal, -normal, dot(normal, ray.direction) > 0.0);
+            face = Met(normal, entry.t + front.t, BACK_FACE, 0u, 0u, 0u, q, 0u);
+        }
+        layer.what = LEFT;
+        let approach = dot(entry.back, ray.direction);
+        let t = (1.0 - dot(entry.back, ray.origin)) / approach;
+        let back_inverse = 1.0 / sqrt(dot(entry.back, entry.back));
+        if approach > 0.0 && t > entry.t && is_finite(t) && is_finite(back_inverse) && back_inverse > 0.0 {
+            layer = Met(entry.back * -back_inverse, t, BACK_LAYER, 0u, 0u, 0u, entry.back_sample, 0u);
         }
     }
-    met[id.x] = result;
+    return answer;
 }
+

@@ -1,18 +1,19 @@
 //! Marching on the GPU: the nearest surface along each ray.
 //!
-//! Departures from the CPU: surfaces only. What is assumed behind them (`back_face.rs`) and the side of a surface that a ray
-//! meets (`slopes.rs`) is found on the host, the latter from the place that the GPU gives. The field's largest part, a
-//! range for each cell of the cube, must fit a binding: panoramas of up to 4096 columns do, larger ones stay on the CPU.
+//! Departures from the CPU: a ray that passes behind a layer stops there until the back face has been looked for, in place of a call
+//! within a call. The field's largest part, a range for each cell of the cube, must fit a binding: panoramas of up to 4096 columns do,
+//! larger ones stay on the CPU.
 
-use super::answer::{Answer, FieldHit};
-use super::march::{NEAREST, NUDGE};
+use super::answer::{Answer, FieldHit, HiddenSide};
+use super::march::{CLEAR, NEAREST, NUDGE};
 use super::pyramid::{BIAS, Level, SHIFT, TILE};
+use super::slopes::{EVEN, RIM_REACH, SLOPE_REACH, SORTING_NETWORK};
 use super::{DepthField, field::Face};
 use crate::bvh::Ray;
 use crate::bvh::gpu::{RAY, RayKernel};
 use bytemuck::{Pod, Zeroable};
-use glam::Vec2;
-use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, Kernel, NUMBER, Piece, Shader, Specialization};
+use glam::Vec3;
+use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, Kernel, Layout, NUMBER, Piece, Shader, Specialization, Value};
 
 /// Rays of one submission: some ten milliseconds of a slow GPU.
 const BATCH: usize = 1 << 17;
@@ -21,79 +22,120 @@ const BATCH: usize = 1 << 17;
 const LEVELS: usize = 15;
 
 pano_core::uniform! {
-    /// `March` of the shader.
-    pub(crate) struct March {
-        count: u32,
+    /// `Field` of the shader.
+    pub(crate) struct Field {
         cells: u32,
         levels: u32,
         steps: u32,
+        pad: u32,
         nearest: [[f32; 4]; 2],
         begins: [[u32; 4]; 4],
     }
 }
 
-/// `Met` of the shader.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Met {
-    at: Vec2,
-    t: f32,
-    face: u32,
-    what: u32,
-    at_gap: u32,
+pano_core::uniform! {
+    /// `March` of the shader.
+    pub(crate) struct March {
+        field: Field,
+        count: u32,
+        back_faces: u32,
+        pad1: u32,
+        pad2: u32,
+    }
 }
 
-/// `what` of a surface, and of a ray that was given up.
+/// `Marched` of the shader, with what it met unfolded.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Marched {
+    normal: Vec3,
+    t: f32,
+    what: u32,
+    at_gap: u32,
+    back: u32,
+    pad1: u32,
+    shown: Vec3,
+    pad2: u32,
+    smoothed: Vec3,
+    pad3: u32,
+}
+
+/// What a ray met on the GPU.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GpuAnswer {
+    /// As [`DepthField::march`] tells it.
+    pub answer: Answer,
+    /// [`DepthField::smooth_normal`] of a surface; 0 if there is none.
+    pub smooth_normal: Vec3,
+}
+
+/// `what` of a surface, of a ray that was given up, and of what is assumed.
 const SURFACE: u32 = 1;
 const OUT_OF_STEPS: u32 = 2;
+const BACK_FACE: u32 = 3;
+const BACK_LAYER: u32 = 4;
 
-/// `march.wgsl`.
+/// The depth field and marching through it, for shaders to include after [`NUMBER`] and [`RAY`]; field.wgsl tells what they bring.
+const MARCHING: [Piece; 2] = [
+    Piece {
+        text: include_str!("field.wgsl"),
+        constants: || {
+            vec![
+                Constant::u32("SHIFT", SHIFT),
+                Constant::u32("BIAS", BIAS),
+                Constant::u32("TILE", TILE as u32),
+                Constant::f32("EVEN", EVEN),
+                Constant::u32("SLOPE_REACH", SLOPE_REACH as u32),
+                Constant::u32("SORTING_PAIRS", SORTING_NETWORK.len() as u32),
+                Constant { name: "SORTING_NETWORK", value: Value::U32s(SORTING_NETWORK.as_flattened()) },
+            ]
+        },
+    },
+    Piece {
+        text: include_str!("march.wgsl"),
+        constants: || {
+            vec![
+                Constant::f32("NEAREST", NEAREST),
+                Constant::f32("NUDGE", NUDGE),
+                Constant::f32("CLEAR", CLEAR),
+                Constant::u32("RIM_REACH", RIM_REACH as u32),
+            ]
+        },
+    },
+];
+
+/// `rays.wgsl`.
 pub static SHADER: Shader = Shader {
     name: "march",
-    pieces: &[
-        NUMBER,
-        RAY,
-        Piece {
-            text: include_str!("march.wgsl"),
-            constants: || {
-                vec![
-                    Constant::f32("NEAREST", NEAREST),
-                    Constant::f32("NUDGE", NUDGE),
-                    Constant::u32("SHIFT", SHIFT),
-                    Constant::u32("BIAS", BIAS),
-                    Constant::u32("TILE", TILE as u32),
-                ]
-            },
-        },
-    ],
+    pieces: &[NUMBER, RAY, MARCHING[0], MARCHING[1], Piece::plain(include_str!("rays.wgsl"))],
     specializations: &[Specialization { entry: "march", constants: &[] }],
 };
 
 /// A depth field in the GPU's memory.
 #[derive(Debug)]
-pub struct GpuDepthField<'a> {
-    field: &'a DepthField,
-    uniform: March,
+pub struct GpuDepthField {
+    uniform: Field,
+    back_faces: bool,
     inverse: GpuBuffer,
     gaps: GpuBuffer,
     base: GpuBuffer,
     upper: GpuBuffer,
 }
 
-impl<'a> GpuDepthField<'a> {
+impl GpuDepthField {
     /// Copies a field to the GPU.
     ///
     /// # Errors
     /// [`pano_core::gpu::GpuError::TooLarge`] if it does not fit a binding, or what has become of the device.
-    pub fn new(gpu: &Gpu, field: &'a DepthField) -> GpuResult<Self> {
+    pub fn new(gpu: &Gpu, field: &DepthField) -> GpuResult<Self> {
         let n = field.n;
         let levels = field.faces[0].pyramid.levels();
         assert!(levels.len() <= LEVELS + 1, "a face of {n} cells has {} levels", levels.len());
-        let mut uniform = March {
-            count: 0,
+        let mut uniform = Field {
             cells: n as u32,
             levels: levels.len() as u32,
             steps: field.max_steps,
+            pad: 0,
             nearest: [[0.0; 4]; 2],
             begins: [[0; 4]; 4],
         };
@@ -117,15 +159,15 @@ impl<'a> GpuDepthField<'a> {
         };
         let gaps: Vec<u32> = field.faces.iter().flat_map(|f| (0..(n + 1) * (n + 1)).map(move |k| bits(f, k))).collect();
         let base: Vec<u32> = field.faces.iter().flat_map(|f| f.pyramid.levels()[0].packed()).copied().collect();
-        let above = |f: &'a Face| f.pyramid.levels()[1..].iter().flat_map(Level::packed);
-        let mut upper: Vec<u32> = field.faces.iter().flat_map(above).copied().collect();
+        let above = field.faces.iter().flat_map(|f| f.pyramid.levels()[1..].iter()).flat_map(Level::packed);
+        let mut upper: Vec<u32> = above.copied().collect();
         if upper.is_empty() {
             // A face of one cell has nothing above it, and nothing cannot be bound.
             upper.push(0);
         }
         Ok(Self {
-            field,
             uniform,
+            back_faces: field.back_faces,
             inverse: gpu.upload_slice(&inverse)?,
             gaps: gpu.upload_slice(&gaps)?,
             base: gpu.upload_slice(&base)?,
@@ -133,32 +175,40 @@ impl<'a> GpuDepthField<'a> {
         })
     }
 
-    /// [`DepthField::march`] of each ray, without back faces.
+    /// [`DepthField::march`] of each ray.
     ///
     /// # Errors
     /// What has become of the device.
-    pub fn march(&self, gpu: &Gpu, rays: &[Ray]) -> GpuResult<Vec<Answer>> {
+    pub fn march(&self, gpu: &Gpu, rays: &[Ray]) -> GpuResult<Vec<GpuAnswer>> {
         let rays_kernel = RayKernel {
             kernel: Kernel { shader: &SHADER, entry: "march", constants: &[] },
             buffers: &[(1, &self.inverse), (2, &self.gaps), (3, &self.base), (4, &self.upper)],
             bindings: [5, 6],
             batch: BATCH,
         };
-        let met: Vec<Met> = rays_kernel.run(gpu, |count| March { count, ..self.uniform }, rays)?;
-        Ok(met.iter().zip(rays).map(|(met, ray)| self.answer(met, ray)).collect())
+        let uniform = |count| March { field: self.uniform, count, back_faces: u32::from(self.back_faces), pad1: 0, pad2: 0 };
+        let met: Vec<Marched> = rays_kernel.run(gpu, uniform, rays)?;
+        Ok(met.iter().map(Marched::answer).collect())
     }
+}
 
-    /// With the side of the surface, which follows from the place.
-    fn answer(&self, met: &Met, ray: &Ray) -> Answer {
-        if met.what == OUT_OF_STEPS {
-            return Answer::OutOfSteps;
-        }
-        if met.what != SURFACE {
-            return Answer::Left;
-        }
-        let side = self.field.side(met.face as usize, met.at, ray.direction);
-        // A surface through the capture point has no side.
-        let Some((normal, back)) = side else { return Answer::Left };
-        Answer::Surface(FieldHit { t: met.t, normal, back, at_gap: met.at_gap != 0, hidden_side: None })
+impl Marched {
+    fn answer(&self) -> GpuAnswer {
+        let Self { normal, t, at_gap, back, .. } = *self;
+        let hit = FieldHit { t, normal, back: back != 0, at_gap: at_gap != 0, hidden_side: None };
+        let hidden = |side| Answer::BackFace(FieldHit { hidden_side: Some(side), ..hit });
+        let answer = match self.what {
+            SURFACE => Answer::Surface(hit),
+            OUT_OF_STEPS => Answer::OutOfSteps,
+            BACK_FACE => hidden(HiddenSide::BackFace(self.shown)),
+            BACK_LAYER => hidden(HiddenSide::BackLayer(self.shown)),
+            _ => Answer::Left,
+        };
+        GpuAnswer { answer, smooth_normal: self.smoothed }
     }
+}
+
+/// Structures that Rust fills, with the shader that declares each.
+pub(crate) fn layouts() -> Vec<(&'static Shader, Layout)> {
+    vec![(&SHADER, Field::LAYOUT), (&SHADER, March::LAYOUT)]
 }

@@ -1,0 +1,158 @@
+// A frame of the path tracers: what is bound, the camera, pixels before their first sample. One invocation a pixel.
+
+struct Trace {
+    rows: Rows,
+    position: vec3f,
+    // 1 for the whole sphere.
+    panorama: u32,
+    // Axes of the camera's frame in the world.
+    right: vec3f,
+    bounces: u32,
+    up: vec3f,
+    // Samples that a pixel takes.
+    samples: u32,
+    back: vec3f,
+    // Samples of this submission.
+    begin: u32,
+    focal: vec2f,
+    center: vec2f,
+    end: u32,
+    frame: u32,
+    seed: u32,
+    objects: u32,
+    // Roots of the trees over objects and over proxies that are meshes.
+    roots: vec2u,
+    emitters: vec2u,
+    balls: vec2u,
+    clusters: vec2u,
+    world: World,
+}
+
+// A pixel, and what its samples have come to.
+struct Pixel {
+    object: vec3f,
+    covered: u32,
+    delta: vec3f,
+    discarded: u32,
+    // At the centre.
+    normal: vec3f,
+    // Negative where there is nothing.
+    depth: f32,
+    albedo: vec3f,
+    rays: u32,
+    // Samples it takes, and what they are short of the frame's, as a factor.
+    most: u32,
+    boost: f32,
+    // Whether an object may be seen.
+    mixed: u32,
+    pad: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: Trace;
+// Tables of objects, proxies and the light's distribution.
+@group(0) @binding(4) var<storage, read> table_words: array<u32>;
+// The environment, and what goes with it.
+@group(0) @binding(5) var<storage, read> pictures: array<f32>;
+@group(0) @binding(6) var<storage, read_write> pixels: array<Pixel>;
+
+// Which estimator, and which strategies for direct light: in the order of TraceParams.
+override METHOD: u32 = 0u;
+const DPT: u32 = 0u;
+const ONE_PASS: u32 = 1u;
+const TWO_PASS: u32 = 2u;
+const IBL: u32 = 3u;
+override MIS: u32 = 0u;
+const BALANCE: u32 = 0u;
+const LIGHT_ONLY: u32 = 1u;
+const BSDF_ONLY: u32 = 2u;
+// Some objects shine; every pixel and direction is asked for a change; changed surfaces change one another.
+override EMITTERS: bool = true;
+override EVERYWHERE: bool = false;
+override SECOND_ORDER: bool = true;
+
+// No end of a ray.
+const NEVER: f32 = 3e38;
+
+fn word(i: u32) -> u32 {
+    return table_words[i];
+}
+
+fn objects() -> ObjectTables {
+    return ObjectTables(params.objects, params.emitters.x, params.emitters.y);
+}
+
+// World direction through a point of the picture, in pixels.
+fn camera_direction(at: vec2f) -> vec3f {
+    var local: vec3f;
+    if params.panorama == 1u {
+        local = direction_from_uv(at / vec2f(size_of(params.rows)));
+    } else {
+        local = normalize(vec3f((at.x - params.center.x) / params.focal.x, (params.center.y - at.y) / params.focal.y, -1.0));
+    }
+    return params.right * local.x + params.up * local.y + params.back * local.z;
+}
+
+// A ball's centre and radius.
+fn ball_at(begin: u32, i: u32) -> vec4f {
+    return vec4f(vec3_at(begin + 4u * i), number_at(begin + 4u * i + 3u));
+}
+
+// See Tracer::may_see_objects.
+fn may_see_objects(corner: vec2f) -> bool {
+    let axis = camera_direction(corner + 0.5);
+    var widest = 1e-6;
+    for (var i = 0; i < 4; i++) {
+        widest = max(widest, length(camera_direction(corner + vec2f(f32(i % 2), f32(i / 2))) - axis));
+    }
+    let spread = 1.5 * widest;
+    for (var i = 0u; i < params.balls.y; i++) {
+        let ball = ball_at(params.balls.x, i);
+        let to = ball.xyz - params.position;
+        let along = dot(to, axis);
+        let distance = length(to);
+        if distance <= ball.w || spread > 0.5 {
+            return true;
+        }
+        let radius = ball.w + spread * (distance + ball.w);
+        let off = to - axis * along;
+        if along > -radius && dot(off, off) <= radius * radius {
+            return true;
+        }
+    }
+    return false;
+}
+
+// Guides and number of samples of each pixel.
+@compute @workgroup_size(8, 8)
+fn start(@builtin(global_invocation_id) id: vec3u) {
+    if !is_held(params.rows, id) {
+        return;
+    }
+    let texel = texel_of(params.rows, id);
+    let corner = vec2f(texel);
+    var pixel: Pixel;
+    pixel.mixed = select(0u, 1u, may_see_objects(corner));
+    pixel.depth = -1.0;
+    var thinning = 4u;
+    let d = camera_direction(corner + 0.5);
+    let object = trace_ray(params.roots.x, params.position, d, NEVER, false);
+    let real = world_hit(params.world, params.roots.y, params.position, d, object.t);
+    if real.exists {
+        pixel.depth = real.t;
+        pixel.normal = real.normal;
+        pixel.albedo = world_reflectance(params.world, real);
+        thinning = thinning_of(real);
+    } else if object.instance != NOTHING {
+        let surface = surface_at(objects(), object, d);
+        pixel.depth = object.t;
+        pixel.normal = bsdf_at(surface.material, surface.geometric, surface.normal, -d).normal;
+        pixel.albedo = surface.material.base_color;
+    }
+    if pixel.mixed == 1u || METHOD != DPT || EVERYWHERE {
+        thinning = 1u;
+    }
+    pixel.most = (params.samples + thinning - 1u) / thinning;
+    pixel.boost = f32(params.samples) / f32(pixel.most);
+    pixels[index_of(params.rows, texel)] = pixel;
+}
+

@@ -1,0 +1,254 @@
+//! The path tracers on the GPU: [`super::render`] of proxies under an environment at infinity.
+//!
+//! The random numbers, strategies and weights are the CPU's, so that a frame differs by rounding: `f32` sums with fused products, and
+//! now and then a path for which rounding turns a choice over (a lobe, an edge) and which ends elsewhere.
+//!
+//! Departures from the CPU: recursion is a loop from ray to ray (`trace.wgsl`); two-pass rendering does not trace the second pass
+//! where an object hides it, as nothing of it is used. What a shader does not have is told by [`missing`], and the CPU does it.
+
+mod scene;
+
+use super::delta::{FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE, MARGIN, NARROWEST, SECOND_ORDER_EFFORT};
+use super::path::ROULETTE_FROM;
+use super::{Frame, Method, Mis, Pixel, TraceParams, Traced, layers};
+use crate::bsdf::gpu::{BSDF, DIRECTIONS};
+use crate::bvh::gpu::TRAVERSAL;
+use crate::objects::gpu::OBJECTS;
+use crate::objects::{MAX_CLUSTERS, Objects};
+use crate::world::gpu::{PROXIES, World};
+use crate::world::{ProxyWorld, RealWorld};
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use pano_core::distribution::gpu::DISTRIBUTION;
+use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, IMAGE, Kernel, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader};
+use pano_core::gpu::{Layout, Specialization, WORDS};
+use pano_core::progress::Progress;
+
+/// Scattering events of one submission, over all pixels and samples: a million rays or so, some ten milliseconds of a slow GPU.
+const BATCH: usize = 1 << 18;
+
+pano_core::uniform! {
+    /// `Trace` of the shader.
+    pub(crate) struct Trace {
+        rows: Rows,
+        position: Vec3,
+        panorama: u32,
+        right: Vec3,
+        bounces: u32,
+        up: Vec3,
+        samples: u32,
+        back: Vec3,
+        begin: u32,
+        focal: [f32; 2],
+        center: [f32; 2],
+        end: u32,
+        frame: u32,
+        seed: u32,
+        objects: u32,
+        roots: [u32; 2],
+        emitters: [u32; 2],
+        balls: [u32; 2],
+        clusters: [u32; 2],
+        world: World,
+    }
+}
+
+/// `Pixel` of the shader.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct GpuPixel {
+    object: Vec3,
+    covered: u32,
+    delta: Vec3,
+    discarded: u32,
+    normal: Vec3,
+    depth: f32,
+    albedo: Vec3,
+    rays: u32,
+    most: u32,
+    boost: f32,
+    mixed: u32,
+    pad: u32,
+}
+
+impl GpuPixel {
+    fn finish(&self) -> Pixel {
+        let share = 1.0 / self.most as f32;
+        Pixel {
+            object: self.object * share,
+            coverage: self.covered as f32 * share,
+            delta: self.delta * share,
+            depth: if self.depth < 0.0 { f32::INFINITY } else { self.depth },
+            normal: self.normal,
+            albedo: self.albedo,
+        }
+    }
+}
+
+/// Where the objects' change comes from.
+const AIM: Piece = Piece {
+    text: include_str!("aim.wgsl"),
+    constants: || {
+        vec![
+            Constant::u32("MAX_CLUSTERS", MAX_CLUSTERS as u32),
+            Constant::u32("ROULETTE_FROM", ROULETTE_FROM),
+            Constant::f32("CONE_MARGIN", MARGIN),
+            Constant::f32("NARROWEST_CONE", NARROWEST),
+            Constant::f32("FULL_EFFORT", FULL_EFFORT),
+            Constant::f32("LEAST_EFFORT", LEAST_EFFORT),
+            Constant::f32("LEAST_EFFORT_ONCE", LEAST_EFFORT_ONCE),
+            Constant::f32("SECOND_ORDER_EFFORT", SECOND_ORDER_EFFORT),
+        ]
+    },
+};
+
+/// `frame.wgsl`, `walk.wgsl` and `trace.wgsl`.
+pub static SHADER: Shader = Shader {
+    name: "trace",
+    pieces: &[
+        NUMBER,
+        SPHERE,
+        IMAGE,
+        RANDOM,
+        WORDS,
+        DISTRIBUTION,
+        TRAVERSAL,
+        DIRECTIONS,
+        BSDF,
+        OBJECTS,
+        PROXIES,
+        AIM,
+        Piece::plain(include_str!("frame.wgsl")),
+        Piece::plain(include_str!("walk.wgsl")),
+        Piece::plain(include_str!("trace.wgsl")),
+    ],
+    // Of the many combinations the ends: each method with all effects, and with none.
+    specializations: &[
+        Specialization { entry: "start", constants: &[] },
+        Specialization { entry: "start", constants: LEAST },
+        Specialization { entry: "trace", constants: &[("METHOD", 0.0)] },
+        Specialization { entry: "trace", constants: &[("METHOD", 1.0)] },
+        Specialization { entry: "trace", constants: &[("METHOD", 2.0)] },
+        Specialization { entry: "trace", constants: &[("METHOD", 3.0)] },
+        Specialization { entry: "trace", constants: LEAST },
+    ],
+};
+
+/// A scene without any effect that can be left out.
+const LEAST: &[(&str, f64)] = &[
+    ("GLOSS", 0.0),
+    ("BODIES", 0.0),
+    ("LIT", 0.0),
+    ("PROXY_MESHES", 0.0),
+    ("FROM_PICTURE", 0.0),
+    ("EMITTERS", 0.0),
+    ("TEXTURES", 0.0),
+    ("SECOND_ORDER", 0.0),
+    ("EVERYWHERE", 1.0),
+];
+
+/// Structures that Rust fills, with the shader that declares each.
+pub(crate) fn layouts() -> Vec<(&'static Shader, Layout)> {
+    vec![(&SHADER, Trace::LAYOUT), (&SHADER, World::LAYOUT)]
+}
+
+/// What a frame asks for that shaders do not have; nobody but the CPU can trace it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// Samples are to go where the noise is.
+    AdaptiveSampling,
+}
+
+impl std::fmt::Display for Missing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::AdaptiveSampling => "sampling is adaptive",
+        })
+    }
+}
+
+/// What the GPU lacks for tracing with these settings; `None`: it can.
+pub fn missing(params: &TraceParams) -> Option<Missing> {
+    params.error_target.is_some().then_some(Missing::AdaptiveSampling)
+}
+
+/// [`super::render`] on the GPU, in bands of rows. `None` if `progress` cancels.
+///
+/// # Errors
+/// [`pano_core::gpu::GpuError::TooLarge`] if a table of the scene does not fit a binding, or what has become of the device.
+///
+/// # Panics
+/// If [`missing`] something.
+pub fn render(
+    gpu: &Gpu,
+    frame: &Frame<'_>,
+    world: &ProxyWorld,
+    params: &TraceParams,
+    progress: &dyn Progress,
+) -> GpuResult<Option<Traced>> {
+    assert_eq!(missing(params), None, "the caller asks before");
+    let scene = scene::GpuScene::new(gpu, frame, world, params)?;
+    let constants = overrides(frame.objects, world, params);
+    let (width, height) = (frame.camera.width, frame.camera.height);
+    let fitting = usize::try_from(gpu.max_binding()).unwrap_or(usize::MAX) / size_of::<GpuPixel>();
+    let batch = BATCH / params.bounces.max(1) as usize;
+    let rows_at_once = (batch.min(fitting) / width).clamp(1, height);
+    progress.begin("trace", height as u64);
+    let mut pixels: Vec<GpuPixel> = Vec::with_capacity(width * height);
+    for first in (0..height).step_by(rows_at_once) {
+        let rows = Rows::of((width, height), &(first..(first + rows_at_once).min(height)));
+        let held = gpu.buffer::<GpuPixel>(rows.pixels())?;
+        let run = |entry: &'static str, begin: u32, end: u32| {
+            let uniform = Trace { rows, begin, end, ..scene.uniform };
+            let kernel = Kernel { shader: &SHADER, entry, constants: &constants };
+            let buffers: Vec<(u32, &GpuBuffer)> = scene.bindings().chain([(6, &held)]).collect();
+            gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, rows.groups())
+        };
+        run("start", 0, 0)?;
+        let at_once = (batch / rows.pixels()).max(1) as u32;
+        for begin in (0..params.samples).step_by(at_once as usize) {
+            if progress.cancelled() {
+                return Ok(None);
+            }
+            run("trace", begin, (begin + at_once).min(params.samples))?;
+        }
+        pixels.extend(gpu.read_slice::<GpuPixel>(&held, rows.pixels())?);
+        progress.advance(u64::from(rows.count));
+    }
+    let finished: Vec<Pixel> = pixels.iter().map(GpuPixel::finish).collect();
+    Ok(Some(Traced {
+        layers: layers(frame.camera, finished.iter()),
+        rays: pixels.iter().map(|p| u64::from(p.rays)).sum(),
+        discarded: pixels.iter().map(|p| u64::from(p.discarded)).sum(),
+        sampling: None,
+    }))
+}
+
+/// What this scene calls for; the rest is not compiled.
+fn overrides(objects: &Objects, world: &ProxyWorld, params: &TraceParams) -> Vec<(&'static str, f64)> {
+    let method = match params.method {
+        Method::Dpt => 0,
+        Method::OnePass => 1,
+        Method::TwoPass => 2,
+        Method::Ibl => 3,
+    };
+    let mis = match params.mis {
+        Mis::Balance => 0,
+        Mis::LightOnly => 1,
+        Mis::BsdfOnly => 2,
+    };
+    let flag = |on: bool| f64::from(u8::from(on));
+    vec![
+        ("METHOD", f64::from(method)),
+        ("MIS", f64::from(mis)),
+        ("GLOSS", flag(objects.gloss())),
+        ("BODIES", flag(objects.transmit())),
+        ("EMITTERS", flag(objects.emit())),
+        ("TEXTURES", flag(objects.textured())),
+        ("EVERYWHERE", flag(params.everywhere)),
+        ("SECOND_ORDER", flag(params.second_order && world.sees_itself())),
+        ("LIT", flag(world.environment().light.is_some())),
+        ("PROXY_MESHES", flag(!world.tlas().is_empty())),
+        ("FROM_PICTURE", flag(world.reflects_picture())),
+    ]
+}
