@@ -31,7 +31,8 @@ pub(super) struct Shader<'a, W> {
     pub(super) tracer: Tracer<'a, W>,
     pub(super) lighting: &'a Lighting,
     pub(super) lights: &'a [SphericalLight],
-    pub(super) pattern: Pattern,
+    /// [`Pattern::ladder`].
+    pub(super) patterns: Vec<Pattern>,
     /// The points of a light for which surfaces are asked how they respond; no rays go there.
     pub(super) response: Pattern,
     pub(super) params: &'a Params<'a>,
@@ -80,9 +81,9 @@ impl<W: RealWorld> Shader<'_, W> {
         media: Media,
         look: bool,
         find: impl Fn(&W, &Ray) -> Option<RealHit>,
-        trail: &mut Trail,
+        rays: &mut u64,
     ) -> Met {
-        trail.walk.rays += 1;
+        *rays += 1;
         let (mut media, mut left) = (media, Vec3::ONE);
         let (mut passed, mut beyond) = (0.0, 0.0);
         for _ in 0..MAX_CROSSED {
@@ -109,7 +110,7 @@ impl<W: RealWorld> Shader<'_, W> {
         if path.depth > self.params.depth || path.weight < LEAST_WEIGHT {
             return self.environment(ray.direction, roughness);
         }
-        let met = self.meet(ray, path.media, true, W::hit, trail);
+        let met = self.meet(ray, path.media, true, W::hit, &mut trail.walk.rays);
         let path = Path { media: met.media, weight: path.weight * met.left.max_element(), ..path };
         met.left
             * match met.first {
@@ -154,8 +155,14 @@ impl<W: RealWorld> Shader<'_, W> {
         }
         let from = |d: Vec3| offset_point(surface.position, surface.bsdf.offset_normal(d));
         let facing = surface.bsdf.offset_normal(-ray.direction);
-        let point =
-            Lightable { position: surface.position, from, normal: facing, instance: Some(hit.instance), shown: path.depth == 0 };
+        let point = Lightable {
+            position: surface.position,
+            from,
+            normal: facing,
+            instance: Some(hit.instance),
+            shown: path.depth == 0,
+            share: path.weight,
+        };
         let turns = Turns::new(trail);
         for (i, source) in self.lights.iter().enumerate() {
             let toward = source.seen_from(surface.position);
@@ -233,7 +240,7 @@ impl<W: RealWorld> Shader<'_, W> {
         if path.depth > self.params.depth || path.weight < LEAST_WEIGHT {
             return behind;
         }
-        let met = self.meet(ray, path.media, true, W::surface, trail);
+        let met = self.meet(ray, path.media, true, W::surface, &mut trail.walk.rays);
         match met.first {
             First::Object(hit) => met.left * self.object(ray, &hit, Path { media: met.media, ..path }, trail),
             _ => met.left * behind,
@@ -299,7 +306,14 @@ impl<W: RealWorld> Shader<'_, W> {
     /// How objects change the real surface at `hit`; `real` is when it is asked what other real surfaces block.
     pub(super) fn change(&self, ray: &Ray, hit: &RealHit, real: Real, path: Path, trail: &mut Trail) -> Change {
         let origin = self.tracer.world.leave(hit);
-        let point = Lightable { position: origin, from: |_| origin, normal: hit.normal, instance: None, shown: path.depth == 0 };
+        let point = Lightable {
+            position: origin,
+            from: |_| origin,
+            normal: hit.normal,
+            instance: None,
+            shown: path.depth == 0,
+            share: path.weight,
+        };
         let turns = Turns::new(trail);
         let mut lits = [Lit::FULLY; MAX_LIGHTS];
         for (i, (source, lit)) in self.lights.iter().zip(&mut lits).enumerate() {
@@ -345,7 +359,7 @@ impl<W: RealWorld> Shader<'_, W> {
             return Vec3::ZERO;
         }
         let ray = Ray::new(origin, direction);
-        let met = self.meet(&ray, path.media, true, W::surface, trail);
+        let met = self.meet(&ray, path.media, true, W::surface, &mut trail.walk.rays);
         let First::Object(object) = met.first else { return Vec3::ZERO };
         let radiance = met.left * self.object(&ray, &object, Path { media: met.media, ..onward }, trail);
         trail.walk.rays += 1;
