@@ -10,7 +10,8 @@ use crate::objects::Differentials;
 use crate::tracer::{First, Frame, Pixel, TraceParams, Traced, Tracer, layers, pixels};
 use crate::world::RealWorld;
 use glam::{UVec2, Vec2, Vec3};
-use pano_core::image::Image;
+use pano_core::color::luminance;
+use pano_core::image::{Image, RadianceImage};
 use pano_core::progress::Progress;
 use pano_core::random::Sampler;
 use rayon::prelude::*;
@@ -56,7 +57,8 @@ pub fn render<W: RealWorld>(
     let patterns = Pattern::ladder(samples, params.probes.clamp(PROBES[0], PROBES[1]));
     let response = Pattern::new(samples.min(RESPONSES), PROBES[0]);
     let tracer = Tracer { objects: frame.objects, world, params: &trace };
-    let shader = Shader { tracer, lighting, lights, patterns, response, params };
+    let brightest = brightest(&lighting.maps.mirror);
+    let shader = Shader { tracer, lighting, lights, patterns, response, brightest, params };
     let centers = pixels(camera, progress, |at| shader.center(frame, at))?;
     let size = (camera.width, camera.height);
     let mut traced = pixels(camera, progress, |at| {
@@ -105,6 +107,11 @@ pub fn render<W: RealWorld>(
         shadow_rays,
         doubted,
     })
+}
+
+/// The largest luminance of a picture; more than 0.
+fn brightest(picture: &RadianceImage) -> f32 {
+    picture.data().iter().map(|&p| luminance(p)).fold(f32::MIN_POSITIVE, f32::max)
 }
 
 /// Pixels, not yet `thorough`, whose probes agreed on a light about which a neighbour knows of a penumbra or of another answer.

@@ -8,11 +8,12 @@ use super::trail::{Path, Trail};
 use super::{Lighting, Params};
 use crate::bsdf::{gloss_fresnel, masking, sample_visible_normal, shadowing};
 use crate::bvh::{InstanceHit, Ray, offset_point};
-use crate::directions::{lobe_direction, mirrored};
+use crate::directions::{lobe_direction, lobe_pdf, mirrored};
 use crate::objects::{Body, Surface};
 use crate::tracer::{First, Tracer};
 use crate::world::{RealHit, RealWorld};
 use glam::{Vec2, Vec3};
+use pano_core::color::luminance;
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Surfaces that a ray passes without being bent: enough for any nesting that is told apart, and an end for faulty meshes.
@@ -35,6 +36,8 @@ pub(super) struct Shader<'a, W> {
     pub(super) patterns: Vec<Pattern>,
     /// The points of a light for which surfaces are asked how they respond; no rays go there.
     pub(super) response: Pattern,
+    /// The largest luminance that is no light's: the lights are counted apart.
+    pub(super) brightest: f32,
     pub(super) params: &'a Params<'a>,
 }
 
@@ -65,8 +68,9 @@ impl Change {
             let most = cap * FRAC_1_PI * c.abs();
             if e > 0.0 { (l * (c / e).max(-1.0)).clamp(-most, most) } else { 0.0 }
         };
+        // A mirrored light is where the lobe meets it, which the picture may show elsewhere: no more can go than is there.
         let (l, e, c) = (radiance, self.without, self.irradiance);
-        Vec3::new(one(l.x, e.x, c.x), one(l.y, e.y, c.y), one(l.z, e.z, c.z)) + self.mirrored
+        (Vec3::new(one(l.x, e.x, c.x), one(l.y, e.y, c.y), one(l.z, e.z, c.z)) + self.mirrored).max(-radiance)
     }
 }
 
@@ -334,20 +338,38 @@ impl<W: RealWorld> Shader<'_, W> {
                 change.without += irradiance * open;
                 if !unasked {
                     change.irradiance += irradiance * (lit.reaches - lit.open);
+                    change.mirrored += self.highlight(ray, hit, &toward, &path) * (lit.reaches - lit.open);
                 }
             }
         }
-        change.mirrored = self.gloss(ray, hit, origin, path, trail);
+        change.mirrored += self.gloss(ray, hit, origin, path, trail);
         change
     }
 
-    /// Change of the mirror image in a real surface.
-    fn gloss(&self, ray: &Ray, hit: &RealHit, origin: Vec3, path: Path, trail: &mut Trail) -> Vec3 {
-        let params = self.params;
-        if params.gloss <= 0.0 || path.depth >= params.depth {
+    /// Share of what a real surface mirrors that it sends along `ray`.
+    fn gloss_weight(&self, ray: &Ray, hit: &RealHit, path: &Path) -> f32 {
+        if path.depth >= self.params.depth { 0.0 } else { gloss_fresnel(-ray.direction.dot(hit.normal)) * self.params.gloss }
+    }
+
+    /// What a real surface mirrors of a light that nothing blocks.
+    fn highlight(&self, ray: &Ray, hit: &RealHit, toward: &Toward, path: &Path) -> Vec3 {
+        let weight = self.gloss_weight(ray, hit, path);
+        if weight <= 0.0 {
             return Vec3::ZERO;
         }
-        let weight = gloss_fresnel(-ray.direction.dot(hit.normal)) * params.gloss;
+        let axis = mirrored(ray.direction, hit.normal);
+        let lobe = |d: Vec3| Vec3::splat(lobe_pdf(axis, self.params.gloss_roughness, d));
+        weight * self.unshadowed(toward, hit.normal, lobe)
+    }
+
+    /// Change of the mirror image in a real surface but for what is mirrored of the lights: of these [`Self::lit`] knows better
+    /// than one ray how much the objects hide.
+    fn gloss(&self, ray: &Ray, hit: &RealHit, origin: Vec3, path: Path, trail: &mut Trail) -> Vec3 {
+        let params = self.params;
+        let weight = self.gloss_weight(ray, hit, &path);
+        if weight <= 0.0 {
+            return Vec3::ZERO;
+        }
         let axis = mirrored(ray.direction, hit.normal);
         let direction = lobe_direction(axis, params.gloss_roughness, trail.walk.sampler.next_2d());
         let beam = path.beam.map(|beam| {
@@ -367,7 +389,8 @@ impl<W: RealWorld> Shader<'_, W> {
             Some(real) => self.tracer.world.pictured(&real).unwrap_or_else(|| self.tracer.world.infinity(direction)),
             None => self.tracer.world.infinity(direction),
         };
-        (radiance - behind) * weight
+        let lamp = luminance(behind) / self.brightest;
+        (radiance - behind / lamp.max(1.0)) * weight
     }
 }
 

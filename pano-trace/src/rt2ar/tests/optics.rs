@@ -36,7 +36,7 @@ fn along<W: RealWorld>(objects: &Objects, world: &W, ray: Ray, depth: u32) -> Ve
     let trace = TraceParams::default();
     let tracer = Tracer { objects, world, params: &trace };
     let (patterns, response) = (Pattern::ladder(20, 5), Pattern::new(12, 5));
-    let shader = Shader { tracer, lighting: &lighting, lights: &[], patterns, response, params: &params };
+    let shader = Shader { tracer, lighting: &lighting, lights: &[], patterns, response, brightest: f32::MAX, params: &params };
     let mut trail = Trail::new(false);
     let met = shader.meet(&ray, Media::default(), true, RealWorld::hit, &mut 0);
     let crate::tracer::First::Object(hit) = met.first else { panic!("{ray:?} misses") };
