@@ -1,7 +1,11 @@
 //! What is printed: the modules of a marker.
 
 use super::detect::kind_of;
+use glam::Vec3;
 use kornia_apriltag::family::TagFamily;
+use pano_core::builtin::primitives;
+use pano_core::material::Material;
+use pano_core::mesh::Mesh;
 use pano_core::{Error, Result};
 
 /// A marker's black and white modules. Coordinates count modules from the top left corner of the square whose corners are
@@ -14,6 +18,9 @@ pub struct Pattern {
     modules: Vec<f64>,
 }
 
+/// Reflectance of black and white on office paper.
+const INK: f32 = 0.04;
+const PAPER: f32 = 0.85;
 /// Modules around the square that are known: its rim.
 const RIM: i32 = 1;
 
@@ -41,6 +48,26 @@ impl Pattern {
         let range = -RIM..side + RIM;
         let modules = range.clone().flat_map(|y| range.clone().map(move |x| (x, y))).map(|(x, y)| module(x, y)).collect();
         Ok(Self { side, modules })
+    }
+
+    /// The print as a mesh in the marker's frame, its square of side `size` metres: a face a module, rim included. What is not
+    /// known is white.
+    pub fn mesh(&self, size: f32) -> Mesh {
+        let module = size / self.side as f32;
+        let paint = |light: f32| Material::diffuse(Vec3::splat(light));
+        let mut mesh = Mesh { materials: vec![paint(INK), paint(PAPER)], ..Mesh::default() };
+        let across = self.side + 2 * RIM;
+        for (i, white) in self.modules.iter().enumerate() {
+            let (x, z) = (i as i32 % across - RIM, i as i32 / across - RIM);
+            let corner = Vec3::new(x as f32, 0.0, z as f32) * module - Vec3::new(0.5 * size, 0.0, 0.5 * size);
+            let face = primitives::quad(corner, Vec3::Z * module, Vec3::X * module);
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(face.positions);
+            mesh.normals.extend(face.normals);
+            mesh.triangles.extend(face.triangles.iter().map(|t| t.map(|v| v + first)));
+            mesh.material_ids.extend([u32::from(*white != 0.0); 2]);
+        }
+        mesh
     }
 
     /// Modules along a side of the square.
