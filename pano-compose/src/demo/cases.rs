@@ -52,6 +52,12 @@ const TABLE: f32 = 0.75;
 const GLOSSY: &str = "glossy table";
 const VARNISH: f32 = 0.2;
 
+/// The case with a printed marker on the table (feature `markers`): where it lies, turned by these degrees, how large and which
+/// it is.
+const MARKED: &str = "marker";
+#[cfg(feature = "markers")]
+const PRINT: (Vec3, f32, f32, u32) = (Vec3::new(0.12, TABLE + 0.0005, -0.02), 35.0, 0.3, 7);
+
 /// Renders the cases, or the one that is called `only`.
 ///
 /// # Errors
@@ -70,23 +76,25 @@ pub fn cases(params: &CaseParams, only: Option<&str>, progress: &dyn Progress) -
     };
     let panorama = place.panorama(params.panorama_width);
     let captured = quality(params.captured_samples, CAPTURE_FILTER, 1);
-    let mut photos: Vec<(f32, Arc<RadianceImage>)> = Vec::new();
+    let mut photos: Vec<(&str, Arc<RadianceImage>)> = Vec::new();
     let depth = Arc::new(reference::depth(&place.without_objects(), &panorama, |triangle| place.is_window(triangle)));
     let mut cases = Vec::new();
     for (i, (name, view, objects)) in contents(&place).into_iter().enumerate() {
         if only.is_some_and(|only| only != name) {
             continue;
         }
-        let gloss = if name == GLOSSY { 1.0 } else { 0.0 };
         let place = place.furnished(objects, view)?;
-        let place = if gloss > 0.0 { place.varnished(VARNISH)? } else { place };
+        let place = if name == GLOSSY { place.varnished(VARNISH)? } else { place };
+        #[cfg(feature = "markers")]
+        let place = if name == MARKED { place.with_print(&print()?)? } else { place };
         let empty = place.without_objects();
-        let photo = match photos.iter().find(|(of, _)| *of == gloss) {
+        let room = if [GLOSSY, MARKED].contains(&name) { name } else { "room" };
+        let photo = match photos.iter().find(|(of, _)| *of == room) {
             Some((_, photo)) => photo.clone(),
             None => {
                 let step = Step { progress, name: "capture" };
                 let photo = Arc::new(reference::trace(&empty, &panorama, &captured, &step)?.radiance);
-                photos.push((gloss, photo.clone()));
+                photos.push((room, photo.clone()));
                 photo
             }
         };
@@ -108,11 +116,42 @@ pub fn cases(params: &CaseParams, only: Option<&str>, progress: &dyn Progress) -
         cases.push(Case {
             name,
             truth,
-            panorama: render(&place, params, &with_depth, gloss, &step)?,
-            camera: render(&place, params, &with_camera, gloss, &step)?,
+            panorama: render(&place, params, with_depth, name, &step)?,
+            camera: render(&place, params, with_camera, name, &step)?,
         });
     }
     Ok(cases)
+}
+
+/// The marker of that case, lying in the room.
+#[cfg(feature = "markers")]
+fn print() -> Result<Mesh> {
+    let (_, _, size, id) = PRINT;
+    let mut mesh = crate::markers::Pattern::new("tag36h11", id)?.mesh(size);
+    mesh.transform(&world_from_print());
+    Ok(mesh)
+}
+
+#[cfg(feature = "markers")]
+fn world_from_print() -> Affine3A {
+    Affine3A::from_rotation_translation(Quat::from_rotation_y(PRINT.1.to_radians()), PRINT.0)
+}
+
+/// Says of the objects where they are relative to the marker, and looks for that in the picture.
+#[cfg(feature = "markers")]
+fn place_by_marker(scene: &mut Scene, inputs: &mut Inputs) -> Result<()> {
+    use pano_core::scene::{Marker, Rotation};
+    let (_, yaw, size, id) = PRINT;
+    scene.markers = vec![Marker { family: "tag36h11", id, size }];
+    for object in &mut scene.objects {
+        object.marker = Some(id);
+        object.placement.position = world_from_print().inverse().transform_point3(object.placement.position);
+        if let Rotation::Yaw(degrees) = &mut object.placement.rotation {
+            *degrees -= yaw;
+        }
+    }
+    inputs.markers = pipeline::find_markers(scene, inputs)?;
+    Ok(())
 }
 
 fn inputs(place: &Place, photo: Arc<RadianceImage>, depth: Option<Arc<Image<f32>>>, camera: Option<CameraInputs>) -> Inputs {
@@ -129,15 +168,26 @@ fn inputs(place: &Place, photo: Arc<RadianceImage>, depth: Option<Arc<Image<f32>
     }
 }
 
-fn render(place: &Place, params: &CaseParams, inputs: &Inputs, gloss: f32, progress: &dyn Progress) -> Result<Rendered> {
+fn render(
+    place: &Place,
+    params: &CaseParams,
+    #[cfg_attr(not(feature = "markers"), expect(unused_mut, reason = "only a marker adds to them"))] mut inputs: Inputs,
+    name: &str,
+    progress: &dyn Progress,
+) -> Result<Rendered> {
     let demo = super::DemoParams { view: params.size, samples: params.samples, bounces: 6, ..super::DemoParams::quick() };
     let mut scene = Scene::parse(&place.scene_file(&demo), SCENE_FILE)?;
     scene.render.method = Method::Rt2ar;
     // The file says less of materials than there is.
     scene.objects.iter_mut().zip(place.contents()).for_each(|(o, known)| o.material = Some(known.material.clone()));
+    #[cfg(feature = "markers")]
+    if name == MARKED {
+        place_by_marker(&mut scene, &mut inputs)?;
+    }
+    let inputs = &inputs;
     let objects = pipeline::prepare_objects(&scene, inputs, 0);
     let mut options = RenderOptions::default();
-    (options.settings.gloss, options.settings.gloss_roughness) = (gloss, VARNISH);
+    (options.settings.gloss, options.settings.gloss_roughness) = (if name == GLOSSY { 1.0 } else { 0.0 }, VARNISH);
     let world = pipeline::build_world(&scene, inputs, &objects, &options.settings, &mut Vec::new(), progress)?;
     Frame::new(&scene, inputs, &objects, &world, &options).render(Clock::new(), progress)
 }
@@ -154,7 +204,7 @@ fn millimetres(distance: &Image<f32>, camera: &Camera) -> Image<f32> {
 }
 
 /// Name, view (degrees to the right, up, of height) and objects of each case.
-fn contents(place: &Place) -> [(&'static str, [f32; 3], Vec<RoomObject>); 6] {
+fn contents(place: &Place) -> Vec<(&'static str, [f32; 3], Vec<RoomObject>)> {
     let on_table = |name, mesh: Mesh, material, x: f32, z: f32| RoomObject {
         name,
         mesh,
@@ -179,7 +229,7 @@ fn contents(place: &Place) -> [(&'static str, [f32; 3], Vec<RoomObject>); 6] {
     let white = Material::diffuse(Vec3::splat(0.75));
     let silver = Material::metal(Vec3::splat(0.95), 0.0);
     let bottle_glass = Material { base_color: Vec3::new(0.6, 0.95, 0.75), ..Material::glass(1.5, 0.0) };
-    [
+    let mut cases = vec![
         (
             "occlusion",
             [-24.0, -32.0, 36.0],
@@ -229,5 +279,13 @@ fn contents(place: &Place) -> [(&'static str, [f32; 3], Vec<RoomObject>); 6] {
                 on_table("knot", known("knot", 1.2), clay, 0.22, 0.08),
             ],
         ),
-    ]
+    ];
+    if cfg!(feature = "markers") {
+        let things = vec![
+            on_table("figure", known("figure", 1.2), white.clone(), 0.30, 0.12),
+            on_table("ball", ball(0.07), silver.clone(), -0.12, 0.10),
+        ];
+        cases.push((MARKED, [-16.0, -36.0, 32.0], things));
+    }
+    cases
 }

@@ -60,6 +60,14 @@ impl Place {
         Ok(Self { mesh: Arc::new(PreparedMesh::new(mesh)?), ..self.clone() })
     }
 
+    /// The same room with that lying in it.
+    #[cfg(feature = "markers")]
+    pub(super) fn with_print(&self, print: &Mesh) -> Result<Self> {
+        let mut mesh = self.mesh.mesh().clone();
+        mesh.append(print);
+        Ok(Self { mesh: Arc::new(PreparedMesh::new(mesh)?), ..self.clone() })
+    }
+
     /// What is put into the room.
     pub(super) fn contents(&self) -> &[RoomObject] {
         &self.room.objects

@@ -30,20 +30,7 @@ const LEAST_MARGIN: f32 = 10.0;
 
 impl Detector {
     pub(super) fn new(family: &str) -> Result<Self> {
-        use TagFamilyKind as K;
-        let family = match family {
-            "tag36h11" => K::Tag36H11,
-            "tag16h5" => K::Tag16H5,
-            "tag25h9" => K::Tag25H9,
-            "tag36h10" => K::Tag36H10,
-            "tagcircle21h7" => K::TagCircle21H7,
-            "tagcircle49h12" => K::TagCircle49H12,
-            "tagcustom48h12" => K::TagCustom48H12,
-            "tagstandard41h12" => K::TagStandard41H12,
-            "tagstandard52h13" => K::TagStandard52H13,
-            other => return Err(Error::argument(format!("markers: there is no family `{other}`"))),
-        };
-        Ok(Self { family })
+        Ok(Self { family: kind_of(family)? })
     }
 
     /// All markers in `picture`; none if the picture is too small for any, or too large for the detector.
@@ -79,4 +66,21 @@ impl Detector {
         let corners = |d: &Detection| [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(x, y)| corner(d, x, y));
         Some(found.iter().map(|d| Corners { id: d.id.into(), at: corners(d) }).collect())
     }
+}
+
+/// The family of that name.
+pub(super) fn kind_of(family: &str) -> Result<TagFamilyKind> {
+    use TagFamilyKind as K;
+    Ok(match family {
+        "tag36h11" => K::Tag36H11,
+        "tag16h5" => K::Tag16H5,
+        "tag25h9" => K::Tag25H9,
+        "tag36h10" => K::Tag36H10,
+        "tagcircle21h7" => K::TagCircle21H7,
+        "tagcircle49h12" => K::TagCircle49H12,
+        "tagcustom48h12" => K::TagCustom48H12,
+        "tagstandard41h12" => K::TagStandard41H12,
+        "tagstandard52h13" => K::TagStandard52H13,
+        other => return Err(Error::argument(format!("markers: there is no family `{other}`"))),
+    })
 }

@@ -3,14 +3,19 @@
 //! AprilTags are found in perspective pictures. A panorama is searched through rectified views that overlap; each marker found
 //! is looked at again in a view of its own, from straight on, where its corners are measured. Corners become bearing vectors, so
 //! that seam and latitude do not matter, and the pose is the one whose corners are seen in those directions (least squares of
-//! angles). A flat square seen from afar has two such poses; both are tried, and it is told if they cannot be told apart.
+//! angles). A flat square seen from afar has two such poses. Both are fitted to the pixels of the picture itself, and the one
+//! that explains it better is taken; it is told if they cannot be told apart.
 
 mod detect;
+mod fit;
+mod pattern;
 mod pose;
 
+pub use pattern::Pattern;
 pub use pose::{Pose, pose_from_bearings};
 
 use detect::Detector;
+use fit::{Fit, Sighting};
 use glam::{Affine3A, DVec3, Quat, Vec2, Vec3};
 use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
 use pano_core::image::RadianceImage;
@@ -43,6 +48,9 @@ const CLOSE_UP: f32 = 3.0;
 const CLOSE_UP_SIZE: usize = 480;
 /// A second pose within this factor of the first one's error is as good. Pixels are never better than a fifth of one.
 const AMBIGUOUS: f64 = 1.5;
+/// By how much more than the best pose another one leaves of the picture if it is not as good, in variances of a pixel: three
+/// standard deviations.
+const SURE: f64 = 9.0;
 /// Views of a search are this much finer than the panorama: the detector's smallest squares are some pixels wide.
 const FINER: f32 = 1.5;
 
@@ -78,25 +86,47 @@ pub fn find(picture: &RadianceImage, camera: &Camera, markers: &[Marker]) -> Res
         let seen: Vec<(u32, [DVec3; 4])> = seen.collect::<Result<_>>()?;
         for (id, bearings) in seen {
             let Some(marker) = markers.iter().find(|m| m.family == family && m.id == id) else { continue };
-            if let Some((pose, other)) = pose_from_bearings(bearings, f64::from(marker.size)) {
-                found.push(placed(marker.id, &pose, other, camera));
+            if let Some(poses) = pose_from_bearings(bearings, f64::from(marker.size)) {
+                let pattern = Pattern::new(family, id)?;
+                found.push(placed(marker, poses, &pattern, picture, camera));
             }
         }
     }
     Ok(found)
 }
 
-fn placed(id: u32, pose: &Pose, other: Option<f64>, camera: &Camera) -> Found {
-    let fine = 0.2 * pixel_angle(camera);
+/// The pose that explains the picture best, of those near the two that the corners tell.
+fn placed(
+    marker: &Marker,
+    (mut pose, mut other): (Pose, Option<Pose>),
+    pattern: &Pattern,
+    picture: &RadianceImage,
+    camera: &Camera,
+) -> Found {
+    let pixel = pixel_angle(camera);
+    let size = f64::from(marker.size);
+    let mut ambiguous = other.is_some_and(|other| other.error < AMBIGUOUS * pose.error.max(0.2 * pixel));
+    if let Some(sighting) = Sighting::new(picture, camera, pixel, pattern, &pose, size) {
+        let mut fits: Vec<Fit> = [Some(pose), other.take()].into_iter().flatten().filter_map(|p| sighting.fit(p)).collect();
+        fits.sort_by(|a, b| a.left.total_cmp(&b.left));
+        if let Some(best) = fits.first() {
+            let normal = |pose: &Pose| pose.world_from_marker * DVec3::Y;
+            let apart = |fit: &&Fit| normal(&fit.pose).angle_between(normal(&best.pose)) > 1f64.to_radians();
+            // Noise leaves the variance of one pixel for each degree of freedom.
+            let noise = best.left / best.freedom;
+            ambiguous = fits.iter().find(apart).is_some_and(|fit| fit.left - best.left < SURE * noise);
+            pose = best.pose;
+        }
+    }
     Found {
-        id,
+        id: marker.id,
         world_from_marker: Affine3A::from_rotation_translation(
             pose.world_from_marker.as_quat(),
             camera.position + pose.position.as_vec3(),
         ),
         distance: pose.position.length() as f32,
         error_degrees: pose.error.to_degrees() as f32,
-        ambiguous: other.is_some_and(|other| other < AMBIGUOUS * pose.error.max(fine)),
+        ambiguous,
     }
 }
 

@@ -17,8 +17,8 @@ pub struct Pose {
 const STEPS: usize = 30;
 
 /// The pose of a square of side `size` whose top right, bottom right, bottom left and top left corners are seen in these unit
-/// directions, and the error of the best other pose, if there is one. `None` if they are the corners of no square in front.
-pub fn pose_from_bearings(bearings: [DVec3; 4], size: f64) -> Option<(Pose, Option<f64>)> {
+/// directions, and the best other pose, if there is one. `None` if they are the corners of no square in front.
+pub fn pose_from_bearings(bearings: [DVec3; 4], size: f64) -> Option<(Pose, Option<Pose>)> {
     let corners = corners(size);
     let first = refined(&bearings, &corners, initial(&bearings, size)?)?;
     // The other pose of a flat thing far away: its normal mirrored about the line of sight.
@@ -29,8 +29,8 @@ pub fn pose_from_bearings(bearings: [DVec3; 4], size: f64) -> Option<(Pose, Opti
     let second = refined(&bearings, &corners, Pose { world_from_marker: turned, ..first });
     let second = second.filter(|s| (s.world_from_marker * DVec3::Y).angle_between(normal) > 1f64.to_radians());
     Some(match second {
-        Some(second) if second.error < first.error => (second, Some(first.error)),
-        other => (first, other.map(|o| o.error)),
+        Some(second) if second.error < first.error => (second, Some(first)),
+        other => (first, other),
     })
 }
 
@@ -70,34 +70,40 @@ fn initial(bearings: &[DVec3; 4], size: f64) -> Option<Pose> {
     (pose.position.is_finite() && pose.world_from_marker.is_finite()).then_some(pose)
 }
 
-/// Least squares of the angles (Gauss and Newton, with Levenberg's damping).
+/// Least squares of the angles.
 fn refined(bearings: &[DVec3; 4], corners: &[DVec3; 4], start: Pose) -> Option<Pose> {
-    let residuals = |p: &Pose| -> [f64; 12] {
-        let mut out = [0.0; 12];
-        for (i, (b, c)) in bearings.iter().zip(corners).enumerate() {
-            let off = (p.world_from_marker * *c + p.position).normalize_or_zero() - *b;
-            out[3 * i..3 * i + 3].copy_from_slice(&off.to_array());
-        }
-        out
+    let residuals = |p: &Pose| {
+        let off = |(b, c): (&DVec3, &DVec3)| ((p.world_from_marker * *c + p.position).normalize_or_zero() - *b).to_array();
+        Some(bearings.iter().zip(corners).flat_map(off).collect::<Vec<f64>>())
     };
-    let cost = |r: &[f64; 12]| r.iter().map(|v| v * v).sum::<f64>();
-    let moved = |p: &Pose, d: &[f64; 6], scale: f64| Pose {
+    let (mut pose, left) = least_squares(start, [1e-6; 6], residuals)?;
+    pose.error = (left / 4.0).sqrt();
+    // A marker is seen from its printed side.
+    let faces = (pose.world_from_marker * DVec3::Y).dot(pose.position) < 0.0;
+    (faces && pose.error.is_finite()).then_some(pose)
+}
+
+/// Least squares (Gauss and Newton, with Levenberg's damping): the pose near `start` with the smallest sum of squares of the
+/// `residuals`, and that sum. Derivatives are differences over `steps`, of turns about the world's axes in radians, then of
+/// the position in units of the distance. `None` if the start has none.
+pub(super) fn least_squares(start: Pose, steps: [f64; 6], residuals: impl Fn(&Pose) -> Option<Vec<f64>>) -> Option<(Pose, f64)> {
+    let cost = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>();
+    // Lengths count in units of the distance, as angles do.
+    let scale = start.position.length();
+    let moved = |p: &Pose, d: &[f64; 6]| Pose {
         world_from_marker: (DQuat::from_scaled_axis(DVec3::new(d[0], d[1], d[2])) * p.world_from_marker).normalize(),
         position: p.position + DVec3::new(d[3], d[4], d[5]) * scale,
-        error: 0.0,
+        ..*p
     };
-    let mut pose = start;
-    // Lengths count in units of the distance, as angles do.
-    let scale = pose.position.length();
-    let (mut here, mut damping) = (residuals(&pose), 1e-6);
+    let (mut pose, mut here, mut damping) = (start, residuals(&start)?, 1e-6);
     for _ in 0..STEPS {
-        const STEP: f64 = 1e-6;
-        let columns: [[f64; 12]; 6] = std::array::from_fn(|k| {
+        let mut columns: [Vec<f64>; 6] = Default::default();
+        for (k, column) in columns.iter_mut().enumerate() {
             let mut d = [0.0; 6];
-            d[k] = STEP;
-            let (more, less) = (residuals(&moved(&pose, &d, scale)), residuals(&moved(&pose, &d.map(|v| -v), scale)));
-            std::array::from_fn(|i| (more[i] - less[i]) / (2.0 * STEP))
-        });
+            d[k] = steps[k];
+            let (more, less) = (residuals(&moved(&pose, &d))?, residuals(&moved(&pose, &d.map(|v| -v)))?);
+            *column = more.iter().zip(&less).map(|(m, l)| (m - l) / (2.0 * steps[k])).collect();
+        }
         let mut rows = [[0.0f64; 7]; 6];
         for i in 0..6 {
             for j in 0..6 {
@@ -107,8 +113,8 @@ fn refined(bearings: &[DVec3; 4], corners: &[DVec3; 4], start: Pose) -> Option<P
             rows[i][6] = -columns[i].iter().zip(&here).map(|(a, b)| a * b).sum::<f64>();
         }
         let Some(step) = solve(rows) else { break };
-        let next = moved(&pose, &step, scale);
-        let there = residuals(&next);
+        let next = moved(&pose, &step);
+        let there = residuals(&next)?;
         if cost(&there) < cost(&here) {
             let done = cost(&here) - cost(&there) < 1e-12 * cost(&here);
             (pose, here, damping) = (next, there, damping * 0.1);
@@ -119,14 +125,11 @@ fn refined(bearings: &[DVec3; 4], corners: &[DVec3; 4], start: Pose) -> Option<P
             damping *= 10.0;
         }
     }
-    pose.error = (cost(&here) / 4.0).sqrt();
-    // A marker is seen from its printed side.
-    let faces = (pose.world_from_marker * DVec3::Y).dot(pose.position) < 0.0;
-    (faces && pose.error.is_finite()).then_some(pose)
+    Some((pose, cost(&here)))
 }
 
 /// Solves N equations, each N coefficients and a right side; `None` if they do not determine it.
-fn solve<const N: usize, const M: usize>(mut rows: [[f64; M]; N]) -> Option<[f64; N]> {
+pub(super) fn solve<const N: usize, const M: usize>(mut rows: [[f64; M]; N]) -> Option<[f64; N]> {
     for i in 0..N {
         let pivot = (i..N).max_by(|&a, &b| rows[a][i].abs().total_cmp(&rows[b][i].abs()))?;
         rows.swap(i, pivot);

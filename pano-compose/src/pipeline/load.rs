@@ -339,7 +339,7 @@ fn base_of(object: &Object, inputs: &Inputs) -> Affine3A {
 
 /// Looks for the scene's markers, in the depth camera's picture or else in the panorama, and tells how well they were found.
 #[cfg(feature = "markers")]
-fn find_markers(scene: &Scene, inputs: &mut Inputs) -> Result<Vec<(u32, Affine3A)>> {
+pub(crate) fn find_markers(scene: &Scene, inputs: &mut Inputs) -> Result<Vec<(u32, Affine3A)>> {
     let (picture, camera, path) = match (&inputs.camera, &scene.camera) {
         (Some(seen), Some(camera)) => (&seen.photo, seen.camera, camera.color.path(0)),
         _ => {
@@ -376,7 +376,7 @@ fn find_markers(scene: &Scene, inputs: &mut Inputs) -> Result<Vec<(u32, Affine3A
 
 /// Without the feature `markers` there is nothing to look with.
 #[cfg(not(feature = "markers"))]
-fn find_markers(scene: &Scene, _inputs: &mut Inputs) -> Result<Vec<(u32, Affine3A)>> {
+pub(crate) fn find_markers(scene: &Scene, _inputs: &mut Inputs) -> Result<Vec<(u32, Affine3A)>> {
     if scene.markers.is_empty() {
         return Ok(Vec::new());
     }

@@ -26,6 +26,8 @@ pub use error::{Error, Result};
 pub use estimate::{Plan, PlannedStage, plan};
 pub use folder::Folder;
 pub use lights::Detector;
+#[cfg(all(feature = "demo", feature = "markers"))]
+pub(crate) use load::find_markers;
 pub use load::{CameraInputs, Inputs, Loader, prepare_objects};
 pub use output::write_output;
 pub use sequence::Sequence;

@@ -106,7 +106,7 @@ impl Blas {
 /// Möller & Trumbore; infinite for a miss. `obvhs`' own tests sign bits, to which −0 is outside: a ray exactly through the edge
 /// between two faces passes both.
 #[inline(always)]
-fn intersect(triangle: &RtTriangle, ray: &obvhs::ray::Ray) -> f32 {
+pub(super) fn intersect(triangle: &RtTriangle, ray: &obvhs::ray::Ray) -> f32 {
     let c = triangle.v0 - ray.origin;
     let r = ray.direction.cross(c);
     let inverse = 1.0 / triangle.ng.dot(ray.direction);

@@ -4,11 +4,13 @@
 //! an object rebuilds the top level only, which holds one box an instance.
 
 mod blas;
+mod faces;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod tlas;
 
 pub use blas::{Blas, TriangleHit};
+pub use faces::Faces;
 pub use tlas::{InstanceHit, Tlas};
 
 use glam::Vec3;

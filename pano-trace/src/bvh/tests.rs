@@ -71,6 +71,28 @@ proptest! {
     }
 
     #[test]
+    fn faces_along_a_ray_are_those_that_one_ray_after_another_finds(
+        soup in soup(120), origin in (-4.0f32..4.0, -4.0f32..4.0, -4.0f32..4.0), d in unit(), left_out in 0u32..3,
+    ) {
+        let blas = Arc::new(Blas::build(&soup.0, &soup.1));
+        let places = [0.0f32, 0.7, 1.9].map(|x| (blas.clone(), Affine3A::from_translation(Vec3::X * x)));
+        let among = |i: u32| i != left_out;
+        let tlas = Tlas::build(places.clone());
+        let alone = Tlas::build((0..3u32).filter(|&i| among(i)).map(|i| places[i as usize].clone()));
+        let ray = Ray::new(Vec3::from(origin), d).up_to(6.0);
+        let mut faces = tlas.faces_among(&ray, among);
+        let mut beyond = 0.0;
+        loop {
+            let expected = alone.intersect_beyond(&ray, beyond);
+            let found = faces.next_beyond(beyond);
+            prop_assert_eq!(found.map(|hit| hit.hit.t), expected.map(|hit| hit.hit.t));
+            let Some(hit) = found else { break };
+            prop_assert!(among(hit.instance));
+            beyond = hit.hit.t * (1.0 + 1e-6) + 1e-7;
+        }
+    }
+
+    #[test]
     fn a_moved_instance_is_a_moved_ray(soup in soup(20), d in unit(), shift in (-5.0f32..5.0, -5.0f32..5.0, -5.0f32..5.0)) {
         let blas = Arc::new(Blas::build(&soup.0, &soup.1));
         let shift = Vec3::from(shift);

@@ -72,19 +72,12 @@ impl Tlas {
     /// The nearest face along the ray from `t_min` on.
     #[inline]
     pub fn intersect_beyond(&self, ray: &Ray, t_min: f32) -> Option<InstanceHit> {
-        self.intersect_among(ray, t_min, |_| true)
-    }
-
-    /// The same of the instances that `counts` says yes to.
-    #[inline]
-    pub fn intersect_among(&self, ray: &Ray, t_min: f32, counts: impl Fn(u32) -> bool) -> Option<InstanceHit> {
         let mut nearest = None;
         let Some(bvh) = &self.bvh else {
             let mut t_max = ray.t_max;
             let slabs = to_obvhs(ray, t_min);
             for (i, instance) in self.instances.iter().enumerate() {
-                if counts(i as u32)
-                    && instance.bounds.intersect_ray(&slabs) < t_max
+                if instance.bounds.intersect_ray(&slabs) < t_max
                     && let Some(hit) = instance.intersect(ray, t_min, t_max)
                 {
                     t_max = hit.t;
@@ -95,8 +88,7 @@ impl Tlas {
         };
         bvh.ray_traverse(to_obvhs(ray, t_min), &mut RayHit::none(), |clipped, id| {
             let instance = bvh.primitive_indices[id];
-            let hit = if counts(instance) { self.instances[instance as usize].intersect(ray, t_min, clipped.tmax) } else { None };
-            match hit {
+            match self.instances[instance as usize].intersect(ray, t_min, clipped.tmax) {
                 Some(hit) => {
                     nearest = Some(InstanceHit { instance, hit });
                     hit.t
@@ -105,6 +97,20 @@ impl Tlas {
             }
         });
         nearest
+    }
+
+    /// Names the instances whose boxes lie on the ray from `t_min` on.
+    #[inline]
+    pub(super) fn each_on(&self, ray: &Ray, t_min: f32, mut met: impl FnMut(u32)) {
+        let slabs = to_obvhs(ray, t_min);
+        match &self.bvh {
+            None => {
+                let on =
+                    |(i, instance): (usize, &Instance)| (instance.bounds.intersect_ray(&slabs) < ray.t_max).then_some(i as u32);
+                self.instances.iter().enumerate().filter_map(on).for_each(met);
+            }
+            Some(bvh) => bvh.ray_traverse_anyhit(slabs, |_, id| met(bvh.primitive_indices[id])),
+        }
     }
 
     /// Whether any face lies on the ray.
@@ -142,7 +148,7 @@ impl Tlas {
 impl Instance {
     /// The ray in mesh space. Its direction is not normalised, so that distances stay those of the world.
     #[inline]
-    fn to_mesh(&self, ray: &Ray, t_max: f32) -> Ray {
+    pub(super) fn to_mesh(&self, ray: &Ray, t_max: f32) -> Ray {
         Ray {
             origin: Vec3::from(self.mesh_from_world.transform_point3a(ray.origin.into())),
             direction: Vec3::from(self.mesh_from_world.transform_vector3a(ray.direction.into())),

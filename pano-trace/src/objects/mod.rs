@@ -11,7 +11,7 @@ pub use emitters::EmitterSample;
 pub use surface::{Absorption, Body, Surface};
 
 use crate::bsdf::CoatTable;
-use crate::bvh::{Blas, InstanceHit, Ray, Tlas};
+use crate::bvh::{Blas, Faces, InstanceHit, Ray, Tlas};
 use emitters::Emitters;
 use glam::{Affine3A, Mat3A, Vec2, Vec3};
 use pano_core::{material::Material, mesh::Mesh};
@@ -204,10 +204,10 @@ impl Objects {
         self.tlas.occluded_by(ray, |i| !self.placed[i as usize].clear)
     }
 
-    /// The nearest along the ray from `t_min` on of the objects that let light through.
+    /// The faces along the ray of the objects that let light through.
     #[inline]
-    pub fn intersect_clear(&self, ray: &Ray, t_min: f32) -> Option<InstanceHit> {
-        self.tlas.intersect_among(ray, t_min, |i| self.placed[i as usize].clear)
+    pub fn clear_on<'a>(&'a self, ray: &'a Ray) -> Faces<'a, impl Fn(u32) -> bool + 'a> {
+        self.tlas.faces_among(ray, |i| self.placed[i as usize].clear)
     }
 
     /// Whether any object shines.

@@ -10,7 +10,8 @@ use crate::objects::Differentials;
 use crate::tracer::{First, Frame, Pixel, TraceParams, Traced, Tracer, layers, pixels};
 use crate::world::RealWorld;
 use glam::{UVec2, Vec2, Vec3};
-use pano_core::image::Image;
+use pano_core::color::luminance;
+use pano_core::image::{Image, RadianceImage};
 use pano_core::progress::Progress;
 use pano_core::random::Sampler;
 use rayon::prelude::*;
@@ -53,23 +54,31 @@ pub fn render<W: RealWorld>(
     let lights = &lights[..lights.len().min(MAX_LIGHTS)];
     // The tracer is asked for first hits only.
     let trace = TraceParams { samples: params.samples, ..TraceParams::default() };
-    let pattern = Pattern::new(samples, params.probes.clamp(PROBES[0], PROBES[1]));
+    let patterns = Pattern::ladder(samples, params.probes.clamp(PROBES[0], PROBES[1]));
     let response = Pattern::new(samples.min(RESPONSES), PROBES[0]);
     let tracer = Tracer { objects: frame.objects, world, params: &trace };
-    let shader = Shader { tracer, lighting, lights, pattern, response, params };
-    let mut traced = pixels(camera, progress, |at| shader.pixel(frame, at, false))?;
+    let brightest = brightest(&lighting.maps.mirror);
+    let shader = Shader { tracer, lighting, lights, patterns, response, brightest, params };
+    let centers = pixels(camera, progress, |at| shader.center(frame, at))?;
+    let size = (camera.width, camera.height);
+    let mut traced = pixels(camera, progress, |at| {
+        let center = &centers[index(at, camera.width)];
+        // All samples everywhere is the algorithm without bounds, to compare with.
+        let untouched = params.shadow != Shadow::Soft && around(at, size).all(|i| centers[i].quiet);
+        if untouched { shader.unchanged(center) } else { shader.pixel(frame, at, center, false) }
+    })?;
     let mut doubted = 0;
     if params.shadows && params.shadow == Shadow::Adaptive && params.spread {
         let mut thorough = vec![false; traced.len()];
         loop {
-            let again = in_doubt(&traced, (camera.width, camera.height), &thorough);
+            let again = in_doubt(&traced, size, &thorough);
             if again.is_empty() {
                 break;
             }
             doubted += again.len() as u64;
             let redo = |&i: &usize| {
                 let at = UVec2::new((i % camera.width) as u32, (i / camera.width) as u32);
-                if progress.cancelled() { None } else { Some((i, shader.pixel(frame, at, true))) }
+                if progress.cancelled() { None } else { Some((i, shader.pixel(frame, at, &centers[i], true))) }
             };
             let found: Option<Vec<_>> = again.par_iter().map(redo).collect();
             for (i, mut pixel) in found? {
@@ -87,7 +96,12 @@ pub fn render<W: RealWorld>(
     let total = |of: fn(&Shaded) -> u64| traced.iter().map(of).sum();
     let shadow_rays = total(|p| p.shadow_rays);
     Some(Rendered {
-        traced: Traced { layers, rays: total(|p| p.rays) + shadow_rays, discarded: total(|p| p.discarded), sampling: None },
+        traced: Traced {
+            layers,
+            rays: centers.len() as u64 + total(|p| p.rays) + shadow_rays,
+            discarded: total(|p| p.discarded),
+            sampling: None,
+        },
         shadows,
         penumbra,
         shadow_rays,
@@ -95,19 +109,40 @@ pub fn render<W: RealWorld>(
     })
 }
 
+/// The largest luminance of a picture; more than 0.
+fn brightest(picture: &RadianceImage) -> f32 {
+    picture.data().iter().map(|&p| luminance(p)).fold(f32::MIN_POSITIVE, f32::max)
+}
+
 /// Pixels, not yet `thorough`, whose probes agreed on a light about which a neighbour knows of a penumbra or of another answer.
-fn in_doubt(traced: &[Shaded], (w, h): (usize, usize), thorough: &[bool]) -> Vec<usize> {
+fn in_doubt(traced: &[Shaded], size: (usize, usize), thorough: &[bool]) -> Vec<usize> {
     let doubted = |i: usize| {
-        let (x, y) = (i % w, i / w);
-        let mut around = Verdicts::default();
-        for ny in y.saturating_sub(1)..(y + 2).min(h) {
-            for nx in x.saturating_sub(1)..(x + 2).min(w) {
-                around.join(traced[ny * w + nx].verdicts);
-            }
-        }
-        traced[i].verdicts.doubted_by(&around)
+        let mut neighbours = Verdicts::default();
+        around(UVec2::new((i % size.0) as u32, (i / size.0) as u32), size).for_each(|k| neighbours.join(traced[k].verdicts));
+        traced[i].verdicts.doubted_by(&neighbours)
     };
     (0..traced.len()).into_par_iter().filter(|&i| !thorough[i] && doubted(i)).collect()
+}
+
+fn index(at: UVec2, width: usize) -> usize {
+    at.y as usize * width + at.x as usize
+}
+
+/// A pixel and its neighbours.
+fn around(at: UVec2, (w, h): (usize, usize)) -> impl Iterator<Item = usize> {
+    let (x, y) = (at.x as usize, at.y as usize);
+    (y.saturating_sub(1)..(y + 2).min(h)).flat_map(move |y| (x.saturating_sub(1)..(x + 2).min(w)).map(move |x| y * w + x))
+}
+
+/// What is seen at a pixel's centre.
+struct Center {
+    guides: Pixel,
+    /// Any ray through the pixel may meet an object.
+    look: bool,
+    /// Nothing can change here.
+    quiet: bool,
+    /// The lights that shine on what is here, as bits.
+    bright: u32,
 }
 
 /// A pixel and what it cost.
@@ -121,14 +156,28 @@ struct Shaded {
 }
 
 impl<W: RealWorld> Shader<'_, W> {
-    fn pixel(&self, frame: &Frame<'_>, at: UVec2, thorough: bool) -> Shaded {
+    fn center(&self, frame: &Frame<'_>, at: UVec2) -> Center {
         let corner = Vec2::new(at.x as f32, at.y as f32);
         let look = self.tracer.may_see_objects(frame.camera, corner);
+        let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + 0.5));
+        let first = self.meet(&ray, Path::primary().media, look, W::surface, &mut 0).first;
+        let guides = self.tracer.guides_of(&first, &ray);
+        Center { guides, look, quiet: !look && !self.may_change(&first), bright: self.faced(&first) }
+    }
+
+    /// A pixel that nothing changes.
+    fn unchanged(&self, center: &Center) -> Shaded {
+        let verdicts = Verdicts { bright: center.bright, ..Verdicts::default() };
+        let mut shadows = [0.0; MAX_LIGHTS];
+        shadows[..self.lights.len()].fill(1.0);
+        Shaded { pixel: center.guides, shadows, verdicts, rays: 0, shadow_rays: 0, discarded: 0 }
+    }
+
+    fn pixel(&self, frame: &Frame<'_>, at: UVec2, center: &Center, thorough: bool) -> Shaded {
+        let corner = Vec2::new(at.x as f32, at.y as f32);
         let photo = self.params.photo.get(at.x as usize, at.y as usize);
         let (mut object, mut delta, mut covered) = (Vec3::ZERO, Vec3::ZERO, 0u32);
-        let (mut pixel, center) = self.guides(frame, corner + 0.5, look);
-        // Where nothing can change, one more look, somewhere else in the pixel, makes sure.
-        let quiet = !look && !self.may_change(&center);
+        let mut pixel = center.guides;
         let (mut shadows, mut discarded, mut taken) = ([0.0; MAX_LIGHTS], 0, 0);
         let mut trail = Trail::new(thorough);
         // A ray stands for its share of the pixel's area.
@@ -144,7 +193,7 @@ impl<W: RealWorld> Shader<'_, W> {
             if filtered {
                 path.beam = Some(Differentials::of_pixel(frame.camera, corner + Vec2::new(jx, jy), width));
             }
-            let met = self.meet(&ray, path.media, look, W::surface, &mut trail);
+            let met = self.meet(&ray, path.media, center.look, W::surface, &mut trail.walk.rays);
             path.media = met.media;
             let (sum, value) = match met.first {
                 First::Infinity => {
@@ -168,7 +217,8 @@ impl<W: RealWorld> Shader<'_, W> {
             } else {
                 discarded += 1;
             }
-            if quiet && index == 0 && value == Vec3::ZERO {
+            // One more look, somewhere else in the pixel, makes sure.
+            if center.quiet && index == 0 && value == Vec3::ZERO {
                 break;
             }
         }
@@ -179,12 +229,5 @@ impl<W: RealWorld> Shader<'_, W> {
         shadows.iter_mut().for_each(|sum| *sum *= share);
         let Trail { walk, shadow_rays, verdicts, .. } = trail;
         Shaded { pixel, shadows, verdicts, rays: walk.rays, shadow_rays, discarded }
-    }
-
-    /// What filters are guided by, and what is there, at the pixel's centre.
-    fn guides(&self, frame: &Frame<'_>, center: Vec2, look: bool) -> (Pixel, First) {
-        let ray = Ray::new(frame.camera.position, frame.camera.direction(center));
-        let met = self.meet(&ray, Path::primary().media, look, W::surface, &mut Trail::new(false));
-        (self.tracer.guides_of(&met.first, &ray), met.first)
     }
 }

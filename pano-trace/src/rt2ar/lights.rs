@@ -142,6 +142,11 @@ impl Pattern {
         Self { points }
     }
 
+    /// Patterns of 1 to `count` points.
+    pub(super) fn ladder(count: u32, probes: u32) -> Vec<Self> {
+        (1..=count.max(1)).map(|points| Self::new(points, probes)).collect()
+    }
+
     pub(super) fn len(&self) -> usize {
         self.points.len()
     }

@@ -8,11 +8,12 @@ use super::trail::{Path, Trail};
 use super::{Lighting, Params};
 use crate::bsdf::{gloss_fresnel, masking, sample_visible_normal, shadowing};
 use crate::bvh::{InstanceHit, Ray, offset_point};
-use crate::directions::{lobe_direction, mirrored};
+use crate::directions::{lobe_direction, lobe_pdf, mirrored};
 use crate::objects::{Body, Surface};
 use crate::tracer::{First, Tracer};
 use crate::world::{RealHit, RealWorld};
 use glam::{Vec2, Vec3};
+use pano_core::color::luminance;
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Surfaces that a ray passes without being bent: enough for any nesting that is told apart, and an end for faulty meshes.
@@ -31,9 +32,12 @@ pub(super) struct Shader<'a, W> {
     pub(super) tracer: Tracer<'a, W>,
     pub(super) lighting: &'a Lighting,
     pub(super) lights: &'a [SphericalLight],
-    pub(super) pattern: Pattern,
+    /// [`Pattern::ladder`].
+    pub(super) patterns: Vec<Pattern>,
     /// The points of a light for which surfaces are asked how they respond; no rays go there.
     pub(super) response: Pattern,
+    /// The largest luminance that is no light's: the lights are counted apart.
+    pub(super) brightest: f32,
     pub(super) params: &'a Params<'a>,
 }
 
@@ -64,8 +68,9 @@ impl Change {
             let most = cap * FRAC_1_PI * c.abs();
             if e > 0.0 { (l * (c / e).max(-1.0)).clamp(-most, most) } else { 0.0 }
         };
+        // A mirrored light is where the lobe meets it, which the picture may show elsewhere: no more can go than is there.
         let (l, e, c) = (radiance, self.without, self.irradiance);
-        Vec3::new(one(l.x, e.x, c.x), one(l.y, e.y, c.y), one(l.z, e.z, c.z)) + self.mirrored
+        (Vec3::new(one(l.x, e.x, c.x), one(l.y, e.y, c.y), one(l.z, e.z, c.z)) + self.mirrored).max(-radiance)
     }
 }
 
@@ -80,9 +85,9 @@ impl<W: RealWorld> Shader<'_, W> {
         media: Media,
         look: bool,
         find: impl Fn(&W, &Ray) -> Option<RealHit>,
-        trail: &mut Trail,
+        rays: &mut u64,
     ) -> Met {
-        trail.walk.rays += 1;
+        *rays += 1;
         let (mut media, mut left) = (media, Vec3::ONE);
         let (mut passed, mut beyond) = (0.0, 0.0);
         for _ in 0..MAX_CROSSED {
@@ -109,7 +114,7 @@ impl<W: RealWorld> Shader<'_, W> {
         if path.depth > self.params.depth || path.weight < LEAST_WEIGHT {
             return self.environment(ray.direction, roughness);
         }
-        let met = self.meet(ray, path.media, true, W::hit, trail);
+        let met = self.meet(ray, path.media, true, W::hit, &mut trail.walk.rays);
         let path = Path { media: met.media, weight: path.weight * met.left.max_element(), ..path };
         met.left
             * match met.first {
@@ -154,8 +159,14 @@ impl<W: RealWorld> Shader<'_, W> {
         }
         let from = |d: Vec3| offset_point(surface.position, surface.bsdf.offset_normal(d));
         let facing = surface.bsdf.offset_normal(-ray.direction);
-        let point =
-            Lightable { position: surface.position, from, normal: facing, instance: Some(hit.instance), shown: path.depth == 0 };
+        let point = Lightable {
+            position: surface.position,
+            from,
+            normal: facing,
+            instance: Some(hit.instance),
+            shown: path.depth == 0,
+            share: path.weight,
+        };
         let turns = Turns::new(trail);
         for (i, source) in self.lights.iter().enumerate() {
             let toward = source.seen_from(surface.position);
@@ -233,7 +244,7 @@ impl<W: RealWorld> Shader<'_, W> {
         if path.depth > self.params.depth || path.weight < LEAST_WEIGHT {
             return behind;
         }
-        let met = self.meet(ray, path.media, true, W::surface, trail);
+        let met = self.meet(ray, path.media, true, W::surface, &mut trail.walk.rays);
         match met.first {
             First::Object(hit) => met.left * self.object(ray, &hit, Path { media: met.media, ..path }, trail),
             _ => met.left * behind,
@@ -299,7 +310,14 @@ impl<W: RealWorld> Shader<'_, W> {
     /// How objects change the real surface at `hit`; `real` is when it is asked what other real surfaces block.
     pub(super) fn change(&self, ray: &Ray, hit: &RealHit, real: Real, path: Path, trail: &mut Trail) -> Change {
         let origin = self.tracer.world.leave(hit);
-        let point = Lightable { position: origin, from: |_| origin, normal: hit.normal, instance: None, shown: path.depth == 0 };
+        let point = Lightable {
+            position: origin,
+            from: |_| origin,
+            normal: hit.normal,
+            instance: None,
+            shown: path.depth == 0,
+            share: path.weight,
+        };
         let turns = Turns::new(trail);
         let mut lits = [Lit::FULLY; MAX_LIGHTS];
         for (i, (source, lit)) in self.lights.iter().zip(&mut lits).enumerate() {
@@ -320,20 +338,38 @@ impl<W: RealWorld> Shader<'_, W> {
                 change.without += irradiance * open;
                 if !unasked {
                     change.irradiance += irradiance * (lit.reaches - lit.open);
+                    change.mirrored += self.highlight(ray, hit, &toward, &path) * (lit.reaches - lit.open);
                 }
             }
         }
-        change.mirrored = self.gloss(ray, hit, origin, path, trail);
+        change.mirrored += self.gloss(ray, hit, origin, path, trail);
         change
     }
 
-    /// Change of the mirror image in a real surface.
-    fn gloss(&self, ray: &Ray, hit: &RealHit, origin: Vec3, path: Path, trail: &mut Trail) -> Vec3 {
-        let params = self.params;
-        if params.gloss <= 0.0 || path.depth >= params.depth {
+    /// Share of what a real surface mirrors that it sends along `ray`.
+    fn gloss_weight(&self, ray: &Ray, hit: &RealHit, path: &Path) -> f32 {
+        if path.depth >= self.params.depth { 0.0 } else { gloss_fresnel(-ray.direction.dot(hit.normal)) * self.params.gloss }
+    }
+
+    /// What a real surface mirrors of a light that nothing blocks.
+    fn highlight(&self, ray: &Ray, hit: &RealHit, toward: &Toward, path: &Path) -> Vec3 {
+        let weight = self.gloss_weight(ray, hit, path);
+        if weight <= 0.0 {
             return Vec3::ZERO;
         }
-        let weight = gloss_fresnel(-ray.direction.dot(hit.normal)) * params.gloss;
+        let axis = mirrored(ray.direction, hit.normal);
+        let lobe = |d: Vec3| Vec3::splat(lobe_pdf(axis, self.params.gloss_roughness, d));
+        weight * self.unshadowed(toward, hit.normal, lobe)
+    }
+
+    /// Change of the mirror image in a real surface but for what is mirrored of the lights: of these [`Self::lit`] knows better
+    /// than one ray how much the objects hide.
+    fn gloss(&self, ray: &Ray, hit: &RealHit, origin: Vec3, path: Path, trail: &mut Trail) -> Vec3 {
+        let params = self.params;
+        let weight = self.gloss_weight(ray, hit, &path);
+        if weight <= 0.0 {
+            return Vec3::ZERO;
+        }
         let axis = mirrored(ray.direction, hit.normal);
         let direction = lobe_direction(axis, params.gloss_roughness, trail.walk.sampler.next_2d());
         let beam = path.beam.map(|beam| {
@@ -345,7 +381,7 @@ impl<W: RealWorld> Shader<'_, W> {
             return Vec3::ZERO;
         }
         let ray = Ray::new(origin, direction);
-        let met = self.meet(&ray, path.media, true, W::surface, trail);
+        let met = self.meet(&ray, path.media, true, W::surface, &mut trail.walk.rays);
         let First::Object(object) = met.first else { return Vec3::ZERO };
         let radiance = met.left * self.object(&ray, &object, Path { media: met.media, ..onward }, trail);
         trail.walk.rays += 1;
@@ -353,7 +389,8 @@ impl<W: RealWorld> Shader<'_, W> {
             Some(real) => self.tracer.world.pictured(&real).unwrap_or_else(|| self.tracer.world.infinity(direction)),
             None => self.tracer.world.infinity(direction),
         };
-        (radiance - behind) * weight
+        let lamp = luminance(behind) / self.brightest;
+        (radiance - behind / lamp.max(1.0)) * weight
     }
 }
 

@@ -1,6 +1,6 @@
 //! What of a light reaches a point: hard, soft and adaptive soft shadows (section IV.E), through clear bodies, too.
 
-use super::lights::{SphericalLight, Toward};
+use super::lights::{Pattern, SphericalLight, Toward};
 use super::media::{Media, reflectance};
 use super::shade::{MAX_CROSSED, Shader, just_beyond};
 use super::survey::{Agreed, Looks, Sums, Survey};
@@ -61,6 +61,8 @@ pub(super) struct Lightable<F> {
     pub(super) instance: Option<u32>,
     /// It is what a pixel shows, not what something shows of it.
     pub(super) shown: bool,
+    /// What it counts for of its pixel, (0, 1].
+    pub(super) share: f32,
 }
 
 /// By how much the samples of each light are turned at one point. The number is drawn whatever follows, so that a shadow does
@@ -121,8 +123,8 @@ impl<W: RealWorld> Shader<'_, W> {
         }
         // All samples everywhere is the algorithm without any optimisation, to compare with.
         let objects_reach = params.shadow == Shadow::Soft || self.objects_may_block(toward, point.position);
-        let across = toward.axis.any_orthonormal_pair();
-        let all = self.pattern.len();
+        let pattern = self.pattern(point.share);
+        let all = pattern.len();
         // Doubt is about what a pixel itself shows, and about objects: real shadows on real surfaces are in the photo.
         let settle = params.shadow == Shadow::Adaptive && point.shown;
         let looks = |certain: bool, probes: usize, again: Range<usize>| match params.shadow {
@@ -143,7 +145,8 @@ impl<W: RealWorld> Shader<'_, W> {
             trail.note(light, point, Lit::FULLY, true, false);
             return Lit::FULLY;
         }
-        let ray_to = |i: usize| self.ray_to(i, toward, point, across, turn);
+        let across = toward.axis.any_orthonormal_pair();
+        let ray_to = |i: usize| self.ray_to(pattern.direction(i, toward, across, turn), toward, point);
         let ask_objects = |i: usize, trail: &mut Trail| Some(self.transmittance(&ray_to(i)?, media, trail));
         let ask_real = |i: usize, objects: &Survey<Vec3>, trail: &mut Trail| {
             // What objects block anyway is not asked about.
@@ -157,12 +160,16 @@ impl<W: RealWorld> Shader<'_, W> {
         let mut objects = Survey::new(passes, |a, b| (a - b).abs().max_element() < ALIKE);
         let mut surfaces = Survey::new(known.open, |a, b| a == b);
         let (mut lit, mut penumbra) = (Lit::FULLY, false);
-        if objects_reach {
+        // What real surfaces are known to keep in the dark, objects cannot darken: only that is made sure of.
+        let dark = real == Real::IfObjectsDo
+            && known.open == Some(false)
+            && surfaces.begin(&real_looks, |i| ask_real(i, &objects, trail)) == Some(false);
+        if objects_reach && !dark {
             objects.begin(&object_looks, |i| ask_objects(i, trail));
         }
-        let clear = real == Real::IfObjectsDo && objects.answers().all(|passes| passes == Vec3::ONE);
+        let clear = real == Real::IfObjectsDo && !dark && objects.answers().all(|passes| passes == Vec3::ONE);
         if !clear {
-            if surfaces.begin(&real_looks, |i| ask_real(i, &objects, trail)) != Some(false) {
+            if !dark && surfaces.begin(&real_looks, |i| ask_real(i, &objects, trail)) != Some(false) {
                 objects.finish(all, |i| ask_objects(i, trail));
                 surfaces.finish(all, |i| ask_real(i, &objects, trail));
             }
@@ -190,25 +197,26 @@ impl<W: RealWorld> Shader<'_, W> {
     /// Share of a light that real surfaces let through to a point, as far as the probes tell.
     pub(super) fn open(&self, toward: &Toward, point: &Lightable<impl Fn(Vec3) -> Vec3>, turn: Vec2, trail: &mut Trail) -> f32 {
         let across = toward.axis.any_orthonormal_pair();
-        let probes = if self.params.shadow == Shadow::Hard { 1 } else { (self.params.probes as usize).min(self.pattern.len()) };
-        let rays = (0..probes).filter_map(|i| self.ray_to(i, toward, point, across, turn));
+        let pattern = self.pattern(point.share);
+        let probes = if self.params.shadow == Shadow::Hard { 1 } else { (self.params.probes as usize).min(pattern.len()) };
+        let rays = (0..probes).filter_map(|i| self.ray_to(pattern.direction(i, toward, across, turn), toward, point));
         let sums = Sums::of(rays.map(|ray| (!self.tracer.world.blocks(&ray), Vec3::ONE)));
         trail.shadow_rays += u64::from(sums.count);
         sums.mean().open
     }
 
-    /// The ray from a point to point `i` of a light, if that is above the horizon.
+    /// The points that are sampled for a ray that counts for `share` of its pixel: a step of its penumbra is to be as small a
+    /// step of the pixel as that of any other.
+    fn pattern(&self, share: f32) -> &Pattern {
+        let most = self.patterns.len();
+        let points = if self.params.shadow == Shadow::Adaptive { (share * most as f32).ceil() as usize } else { most };
+        &self.patterns[points.clamp(1, most) - 1]
+    }
+
+    /// The ray from a point in a `direction` of the light, if that is above the horizon.
     #[inline]
-    fn ray_to(
-        &self,
-        i: usize,
-        toward: &Toward,
-        point: &Lightable<impl Fn(Vec3) -> Vec3>,
-        across: (Vec3, Vec3),
-        turn: Vec2,
-    ) -> Option<Ray> {
-        let d = self.pattern.direction(i, toward, across, turn);
-        (d.dot(point.normal) > 0.0).then(|| Ray::new((point.from)(d), d).up_to(toward.end))
+    fn ray_to(&self, direction: Vec3, toward: &Toward, point: &Lightable<impl Fn(Vec3) -> Vec3>) -> Option<Ray> {
+        (direction.dot(point.normal) > 0.0).then(|| Ray::new((point.from)(direction), direction).up_to(toward.end))
     }
 
     /// Share of the light along `ray` that objects let through, per channel: clear bodies dim it on its straight way. A body
@@ -224,8 +232,9 @@ impl<W: RealWorld> Shader<'_, W> {
         }
         let (mut media, mut left) = (*media, Vec3::ONE);
         let (mut passed, mut beyond) = (0.0, 0.0);
+        let mut faces = objects.clear_on(ray);
         for _ in 0..MAX_CROSSED {
-            let Some(hit) = objects.intersect_clear(ray, beyond) else {
+            let Some(hit) = faces.next_beyond(beyond) else {
                 return left * media.transmittance(ray.t_max - passed);
             };
             let surface = objects.surface(ray, &hit);
@@ -246,6 +255,13 @@ impl<W: RealWorld> Shader<'_, W> {
             (passed, beyond) = (hit.hit.t, just_beyond(hit.hit.t));
         }
         Vec3::ZERO
+    }
+
+    /// The lights that shine on what is there, whatever is in the way, as bits.
+    pub(super) fn faced(&self, first: &First) -> u32 {
+        let First::Real(hit) = first else { return 0 };
+        let faced = |light: &SphericalLight| !light.seen_from(hit.position).below(hit.normal);
+        self.lights.iter().enumerate().map(|(i, light)| u32::from(faced(light)) << i).sum()
     }
 
     /// Whether objects can change what is there at all.

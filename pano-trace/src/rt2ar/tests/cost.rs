@@ -35,11 +35,13 @@ fn rays_do_not_depend_on_the_number_of_triangles() {
 }
 
 #[test]
-fn pixels_that_nothing_changes_cost_two_rays_and_no_shadow_ray() {
+fn pixels_that_nothing_changes_cost_one_look_and_no_shadow_ray() {
     let lighting = under(vec![lamp(Vec3::Y, 1.0, 1.0)]);
-    let out = lit(&ball(Vec3::new(0.0, 0.5, 0.0), 0.05, Material::default()), &lighting, |p| p.samples = 1);
+    let out = lit(&ball(Vec3::new(0.0, 0.5, 0.0), 0.05, Material::default()), &lighting, |p| p.samples = 16);
     let pixels = (SIZE * SIZE) as u64;
     let primary = out.traced.rays - out.shadow_rays;
-    assert!(primary < pixels + 40, "{primary} rays for {pixels} pixels");
-    assert!(out.shadow_rays < pixels / 4, "{} shadow rays", out.shadow_rays);
+    let touched = out.shadows[0].data().iter().filter(|s| **s < 1.0).count() as u64;
+    println!("{primary} rays, {} shadow rays, {touched} of {pixels} pixels in shadow", out.shadow_rays);
+    assert!((1..20).contains(&touched) && primary < pixels + pixels / 4, "{primary} rays for {pixels} pixels");
+    assert!(out.shadow_rays < pixels, "{} shadow rays", out.shadow_rays);
 }

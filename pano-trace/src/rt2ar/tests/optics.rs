@@ -35,10 +35,10 @@ fn along<W: RealWorld>(objects: &Objects, world: &W, ray: Ray, depth: u32) -> Ve
     let params = Params { depth, ..Params::new(&photo) };
     let trace = TraceParams::default();
     let tracer = Tracer { objects, world, params: &trace };
-    let (pattern, response) = (Pattern::new(20, 5), Pattern::new(12, 5));
-    let shader = Shader { tracer, lighting: &lighting, lights: &[], pattern, response, params: &params };
+    let (patterns, response) = (Pattern::ladder(20, 5), Pattern::new(12, 5));
+    let shader = Shader { tracer, lighting: &lighting, lights: &[], patterns, response, brightest: f32::MAX, params: &params };
     let mut trail = Trail::new(false);
-    let met = shader.meet(&ray, Media::default(), true, RealWorld::hit, &mut trail);
+    let met = shader.meet(&ray, Media::default(), true, RealWorld::hit, &mut 0);
     let crate::tracer::First::Object(hit) = met.first else { panic!("{ray:?} misses") };
     shader.object(&ray, &hit, Path { media: met.media, ..Path::primary() }, &mut trail)
 }

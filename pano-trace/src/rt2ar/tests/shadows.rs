@@ -84,7 +84,8 @@ fn adaptive_shadows_are_the_soft_ones_where_the_probes_tell() {
     let most = PHOTO.max_element();
     assert!(largest_difference(&soft_layers.delta, &probed.delta) < 0.25 * most);
     assert_eq!(soft_layers.delta.data(), spread_out.delta.data(), "with the pixels beside penumbrae all of it");
-    assert_eq!(soft_layers.object.data(), spread_out.object.data());
+    // What the ball's coat shows is sampled by its share of the pixel: no step is larger than one of twenty samples.
+    assert!(largest_difference(&soft_layers.object, &spread_out.object) < most / 20.0);
 }
 
 /// Rods much thinner than the light: what five probes miss there, and what is left of it with the further means.
