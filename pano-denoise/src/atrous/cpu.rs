@@ -9,6 +9,8 @@ use rayon::prelude::*;
 
 /// The B-spline of a 5-tap row.
 pub(super) const SPLINE: [f64; 5] = [1.0 / 16.0, 0.25, 0.375, 0.25, 1.0 / 16.0];
+/// e to minus this is nothing beside the weight of the pixel itself.
+const NOTHING: f64 = 40.0;
 /// Standard deviations below this share of the luminance are rounding.
 pub(super) const ROUNDING: f64 = 1e-6;
 
@@ -58,7 +60,7 @@ pub(super) fn filter(
 }
 
 /// One pass with taps `step` pixels apart.
-fn pass(params: &Params, surfaces: &Surfaces<'_>, pixels: &[Pixel], width: usize, step: isize) -> Vec<Pixel> {
+fn pass(params: &Params, surfaces: &Surfaces, pixels: &[Pixel], width: usize, step: isize) -> Vec<Pixel> {
     let mut out = pixels.to_vec();
     out.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
@@ -72,7 +74,7 @@ fn pass(params: &Params, surfaces: &Surfaces<'_>, pixels: &[Pixel], width: usize
 
 fn average(
     params: &Params,
-    surfaces: &Surfaces<'_>,
+    surfaces: &Surfaces,
     pixels: &[Pixel],
     (x, y): (usize, usize),
     p: usize,
@@ -91,17 +93,19 @@ fn average(
     if black {
         return;
     }
-    let mut taps = [(0usize, 0.0f64); 25];
+    // Index, weight in space, and −ln of that of the surfaces.
+    let mut taps = [(0usize, 0.0f64, 0.0f64); 25];
     let (mut spread, mut count, mut used) = (0.0, 0.0, 0);
     for (i, place) in places.iter().enumerate() {
         let Some(place) = *place else { continue };
         let (dx, dy) = (i as isize % 5 - 2, i as isize / 5 - 2);
         let guide = surfaces.exponent(p, place, dx * step, dy * step, params.sigma_depth, params.sigma_normal);
-        let weight = SPLINE[i % 5] * SPLINE[i / 5] * (-guide).exp();
-        taps[used] = (place.index, weight);
+        let weight = SPLINE[i % 5] * SPLINE[i / 5];
+        taps[used] = (place.index, weight, guide);
         used += 1;
         // Variances are noisy themselves: a 3×3 mean over the same surface.
         if dx.abs() <= 1 && dy.abs() <= 1 {
+            let weight = weight * (-guide).exp();
             spread += pixels[place.index].variance * weight;
             count += weight;
         }
@@ -109,10 +113,11 @@ fn average(
     let deviation = if count > 0.0 { (spread / count).sqrt() } else { 0.0 };
     let scale = f64::from(params.sigma_luminance) * deviation + ROUNDING * center.luminance.abs() + f64::MIN_POSITIVE;
     let (mut sum, mut weights, mut variance) = (DVec3::ZERO, 0.0, 0.0);
-    for &(q, weight) in &taps[..used] {
+    for &(q, weight, guide) in &taps[..used] {
         let tap = pixels[q];
+        let exponent = guide + (tap.luminance - center.luminance).abs() / scale;
         // A larger share of the pixel is a better known value.
-        let weight = weight * tap.share * (-((tap.luminance - center.luminance).abs() / scale)).exp();
+        let weight = if exponent < NOTHING { weight * tap.share * (-exponent).exp() } else { 0.0 };
         if weight > 0.0 {
             sum += tap.value * weight;
             weights += weight;

@@ -25,7 +25,7 @@ pub(super) fn filter(params: &Params, penumbra: &Image<bool>, photo: &RadianceIm
 fn averaged(
     params: &Params,
     penumbra: &Image<bool>,
-    surfaces: &Surfaces<'_>,
+    surfaces: &Surfaces,
     albedo: &[Vec3],
     signal: &Signal<'_>,
 ) -> Image<Vec3> {

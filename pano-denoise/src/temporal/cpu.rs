@@ -71,13 +71,11 @@ fn blend(
     let measured = measured.map(|variance| f64::from(variance.get(x, y))).filter(|v| v.is_finite());
     let sampled = |nx, ny| finite(new, nx, ny).filter(|_| guides.level(nx, ny) == 0);
     let Some(old) = known.get(x, y) else {
-        let Some(variance) = value
-            .is_finite()
-            .then(|| measured.unwrap_or_else(|| around(params, guides, (x, y), RADIUS, sampled).luminance_variance))
-        else {
+        if !value.is_finite() {
             return Known::default();
-        };
-        return Known { value: value.as_dvec3(), variance, frames: 1 };
+        }
+        let spread = || around(params, guides, (x, y), RADIUS, sampled).luminance_variance;
+        return Known { value: value.as_dvec3(), variance: measured.unwrap_or_else(spread), frames: 1 };
     };
     let apart = |nx, ny| Some(sampled(nx, ny)? - known.get(nx, ny)?.value);
     let (corrected, spread) = if guides.is_sharp(x, y) {
