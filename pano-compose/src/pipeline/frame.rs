@@ -110,7 +110,7 @@ impl<'a> Frame<'a> {
         let mut sampling = None;
         let filtered = match (method, found) {
             (Method::Iprt, _) => iprt::trace(self, view, &mut carried.past, device, &mut clock, &mut warnings, progress)?,
-            (Method::Rt2ar, Some(found)) => rt2ar::trace(self, view, found, &mut clock, &mut warnings, progress)?,
+            (Method::Rt2ar, Some(found)) => rt2ar::trace(self, view, found, device, &mut clock, &mut warnings, progress)?,
             _ => {
                 let traced = path_traced::trace(self, method, view, found, device, &mut clock, &mut warnings, progress)?;
                 sampling = traced.1;

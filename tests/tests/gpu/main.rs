@@ -11,6 +11,7 @@ mod expand;
 mod firefly;
 mod light;
 mod march;
+mod mean;
 mod pipeline;
 mod prelude;
 mod resample;
@@ -39,6 +40,7 @@ fn main() {
         cross_bilateral::TESTS,
         atrous::TESTS,
         firefly::TESTS,
+        mean::TESTS,
         temporal::TESTS,
         resample::TESTS,
         light::TESTS,

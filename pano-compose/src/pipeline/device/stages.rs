@@ -14,7 +14,7 @@ use pano_core::layers::TracedLayers;
 use pano_core::light::RadianceMaps;
 use pano_core::progress::Progress;
 use pano_core::sphere::resample;
-use pano_denoise::{atrous, cross_bilateral, firefly, temporal};
+use pano_denoise::{atrous, cross_bilateral, firefly, mean, temporal};
 use pano_light::{WorkingMap, detect, expand, ibl};
 use pano_trace::sparse;
 use pano_trace::tracer::{self, TraceParams, Traced};
@@ -119,6 +119,23 @@ impl Device {
             return Ok(report);
         }
         Ok(cross_bilateral::filter(params, layers)?)
+    }
+
+    /// [`mean::filter`], stage `mean`.
+    pub(in crate::pipeline) fn mean(
+        &mut self,
+        params: &mean::Params,
+        penumbra: &Image<bool>,
+        photo: &RadianceImage,
+        layers: &mut TracedLayers,
+    ) -> Result<()> {
+        #[cfg(feature = "gpu")]
+        if self.attempt("mean", |installed| mean::gpu::filter_layers(&installed.gpu, params, penumbra, photo, layers))?.is_some()
+        {
+            return Ok(());
+        }
+        mean::filter(params, penumbra, photo, layers)?;
+        Ok(())
     }
 
     /// [`composite::composite`], stage `composite`.
