@@ -3,6 +3,7 @@
 
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use pano_compose::composite::{self, Composite};
+use pano_compose::lens;
 use pano_core::builtin::primitives;
 use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
 use pano_core::gpu::{Gpu, GpuOptions};
@@ -182,6 +183,12 @@ fn filters(gpu: &Gpu, pixels: f64) {
     let cpu = || consume(composite::composite(&photo, &layers, &mut a).unwrap());
     let on_gpu = || consume(composite::gpu::composite_pictures(gpu, &photo, &layers, None, &mut b).unwrap());
     row(gpu, "composite", 40.0 * pixels, cpu, on_gpu);
+
+    let params = lens::Params { bloom: 0.1, glare: 0.1, threshold: 0.5, everything: true, ..lens::Params::default() };
+    let cpu = || consume(lens::apply(&params, &photo, &mut photo.clone()).unwrap());
+    let on_gpu = || consume(lens::gpu::apply_picture(gpu, &params, &photo, &mut photo.clone()).unwrap());
+    // Four rays of three passes of four samples, and the bloom's lookup.
+    row(gpu, "bloom and glare", (4.0 * 3.0 * 4.0 * 12.0 + 100.0) * pixels, cpu, on_gpu);
 }
 
 /// A metal ball over a plane, traced by dpt: tables are packed and copied each time.

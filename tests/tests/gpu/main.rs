@@ -9,6 +9,7 @@ mod context;
 mod cross_bilateral;
 mod expand;
 mod firefly;
+mod lens;
 mod light;
 mod march;
 mod mean;
@@ -37,6 +38,7 @@ fn main() {
         prelude::TESTS,
         expand::TESTS,
         composite::TESTS,
+        lens::TESTS,
         cross_bilateral::TESTS,
         atrous::TESTS,
         firefly::TESTS,

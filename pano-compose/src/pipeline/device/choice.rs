@@ -14,7 +14,7 @@ pub enum Backend {
 
 /// Stages that can run on a GPU, in the order in which a frame passes them. `expand` is a part of what `--stats` calls `load`;
 /// `trace` is that of the path tracers.
-pub const GPU_STAGES: [&str; 13] = [
+pub const GPU_STAGES: [&str; 14] = [
     "expand",
     "view",
     "lights",
@@ -28,6 +28,7 @@ pub const GPU_STAGES: [&str; 13] = [
     "mean",
     "denoise",
     "composite",
+    "lens",
 ];
 
 /// Knobs of the GPU.

@@ -6,6 +6,7 @@
 
 use super::Device;
 use crate::composite::{self, Clamped, Composite};
+use crate::lens;
 use crate::pipeline::{Result, World};
 use glam::{Quat, Vec3};
 use pano_core::camera::Camera;
@@ -153,6 +154,22 @@ impl Device {
             return Ok(clamped);
         }
         Ok(composite::composite(photo, layers, out)?)
+    }
+
+    /// [`lens::apply`], stage `lens`.
+    pub(in crate::pipeline) fn lens(
+        &mut self,
+        params: &lens::Params,
+        photo: &RadianceImage,
+        picture: &mut RadianceImage,
+    ) -> Result<lens::Report> {
+        #[cfg(feature = "gpu")]
+        if let Some(report) =
+            self.attempt("lens", |installed| lens::gpu::apply_picture(&installed.gpu, params, photo, picture))?
+        {
+            return Ok(report);
+        }
+        Ok(lens::apply(params, photo, picture)?)
     }
 
     /// [`sparse::levels`], stage `sparse mask`.
