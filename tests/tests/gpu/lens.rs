@@ -32,7 +32,7 @@ fn scene((w, h): (usize, usize), seed: u32) -> (RadianceImage, RadianceImage) {
     let mut random = Random::new(seed);
     let mut shine = |dim: Vec3| if random.below(15) == 0 { random.color(0.0, 50.0) } else { dim };
     let photo = Image::from_fn(w, h, |x, y| shine(Vec3::splat(0.1 + 0.01 * ((x * 3 + y) % 7) as f32)));
-    let picture = photo.map(|p| shine(p));
+    let picture = photo.map(shine);
     (photo, picture)
 }
 
