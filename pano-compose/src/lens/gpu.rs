@@ -1,8 +1,8 @@
 //! The effects on the GPU.
 //!
-//! Departures from the CPU: one kernel sums along lines for both effects. Pictures larger than a binding go in bands: bands of the
-//! picture give the bloom's map, which is spread as a whole, and the glare has a halo as wide as it reaches. A bloom of less than
-//! eight pixels has a map as large as the picture: such pictures of more than eleven million pixels stay on the CPU.
+//! Departures from the CPU: one kernel sums along lines for both effects. Pictures larger than a binding go in bands: bands of
+//! the picture give the bloom's map, which is spread as a whole, and the glare has a halo as wide as it reaches. A bloom of less
+//! than eight pixels has a map as large as the picture: such pictures of more than eleven million pixels stay on the CPU.
 
 use super::shapes::{DIAGONALS, GLARE_THRESHOLD, NOTHING, RayPass, SUCCESSIVE, bloom_shape};
 use super::{BRIGHTEST, Params, Report, total};

@@ -103,8 +103,8 @@ fn total(picture: &RadianceImage) -> f64 {
     picture.data().iter().map(|&p| f64::from(luminance(p))).sum()
 }
 
-/// The brightest light that is spread, a channel; what is brighter loses and spreads as much. Sums over a frame of 3·10⁸ pixels stay
-/// finite in `f32`.
+/// The brightest light that is spread, a channel; what is brighter loses and spreads as much. Sums over a frame of 3·10⁸ pixels
+/// stay finite in `f32`.
 const BRIGHTEST: f32 = 1e30;
 
 /// The part of `radiance` above a luminance of `threshold`.
