@@ -27,14 +27,22 @@ pub mod plan;
 #[cfg(feature = "tradeoff")]
 pub mod tradeoff;
 
+/// From numbers to radiances, for shaders; it needs `NUMBER`.
+#[cfg(feature = "gpu")]
+const RADIANCE: pano_core::gpu::Piece = pano_core::gpu::Piece::plain(include_str!("radiance.wgsl"));
+
 /// Every shader of this crate, for the checks that need no GPU.
 #[cfg(feature = "gpu")]
 pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
-    vec![&composite::gpu::SHADER]
+    vec![&composite::gpu::SHADER, &lens::gpu::SHADER]
 }
 
 /// Structures that Rust fills for them, with the shader that declares each.
 #[cfg(feature = "gpu")]
 pub fn layouts() -> Vec<(&'static pano_core::gpu::Shader, pano_core::gpu::Layout)> {
-    vec![(&composite::gpu::SHADER, composite::gpu::Uniform::LAYOUT)]
+    vec![
+        (&composite::gpu::SHADER, composite::gpu::Uniform::LAYOUT),
+        (&lens::gpu::SHADER, lens::gpu::Lens::LAYOUT),
+        (&lens::gpu::SHADER, lens::gpu::Line::LAYOUT),
+    ]
 }

@@ -39,6 +39,7 @@ pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
         &cross_bilateral::gpu::SHADER,
         &atrous::gpu::SHADER,
         &firefly::gpu::SHADER,
+        &mean::gpu::SHADER,
         &temporal::gpu::SHADER,
     ]
 }
@@ -50,6 +51,7 @@ pub fn layouts() -> Vec<(&'static pano_core::gpu::Shader, pano_core::gpu::Layout
         (&cross_bilateral::gpu::SHADER, cross_bilateral::gpu::CrossBilateral::LAYOUT),
         (&atrous::gpu::SHADER, atrous::gpu::Atrous::LAYOUT),
         (&firefly::gpu::SHADER, firefly::gpu::Firefly::LAYOUT),
+        (&mean::gpu::SHADER, mean::gpu::Mean::LAYOUT),
         (&temporal::gpu::SHADER, temporal::gpu::Temporal::LAYOUT),
     ]
 }

@@ -3,6 +3,7 @@
 
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use pano_compose::composite::{self, Composite};
+use pano_compose::lens;
 use pano_core::builtin::primitives;
 use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
 use pano_core::gpu::{Gpu, GpuOptions};
@@ -12,7 +13,7 @@ use pano_core::material::Material;
 use pano_core::progress::Silent;
 use pano_core::random::Stream;
 use pano_core::sphere::resample;
-use pano_denoise::{atrous, cross_bilateral, firefly, temporal};
+use pano_denoise::{atrous, cross_bilateral, firefly, mean, temporal};
 use pano_light::{WorkingMap, detect, expand, ibl};
 use pano_tests::random::Random;
 use pano_tests::rooms::{Cuboid, texel_direction};
@@ -149,6 +150,12 @@ fn filters(gpu: &Gpu, pixels: f64) {
     let on_gpu = || consume(firefly::gpu::clamp_picture(gpu, &params, &ones, &mut layers.object.clone()).unwrap());
     row(gpu, "fireflies", 90.0 * pixels, cpu, on_gpu);
 
+    let params = mean::Params::default();
+    let (penumbra, photo) = (layers.coverage.map(|_| true), noise(FRAME));
+    let cpu = || consume(mean::filter(&params, &penumbra, &photo, &mut layers.clone()).unwrap());
+    let on_gpu = || consume(mean::gpu::filter_layers(gpu, &params, &penumbra, &photo, &mut layers.clone()).unwrap());
+    row(gpu, "mean, penumbrae everywhere", 2.0 * 9.0 * 90.0 * pixels, cpu, on_gpu);
+
     let params = temporal::Params::default();
     let (w, h) = FRAME;
     let thing = Image::filled(w, h, 0u32);
@@ -172,11 +179,16 @@ fn filters(gpu: &Gpu, pixels: f64) {
         consume(sparse::gpu::levels(gpu, &params, &position, normal, &active).unwrap())
     });
 
-    let photo = noise(FRAME);
     let (mut a, mut b) = (Composite::new(w, h), Composite::new(w, h));
     let cpu = || consume(composite::composite(&photo, &layers, &mut a).unwrap());
     let on_gpu = || consume(composite::gpu::composite_pictures(gpu, &photo, &layers, None, &mut b).unwrap());
     row(gpu, "composite", 40.0 * pixels, cpu, on_gpu);
+
+    let params = lens::Params { bloom: 0.1, glare: 0.1, threshold: 0.5, everything: true, ..lens::Params::default() };
+    let cpu = || consume(lens::apply(&params, &photo, &mut photo.clone()).unwrap());
+    let on_gpu = || consume(lens::gpu::apply_picture(gpu, &params, &photo, &mut photo.clone()).unwrap());
+    // Four rays of three passes of four samples, and the bloom's lookup.
+    row(gpu, "bloom and glare", (4.0 * 3.0 * 4.0 * 12.0 + 100.0) * pixels, cpu, on_gpu);
 }
 
 /// A metal ball over a plane, traced by dpt: tables are packed and copied each time.

@@ -27,12 +27,6 @@ struct Clamped {
 const GROUP: u32 = 64u;
 var<workgroup> parts: array<Clamped, GROUP>;
 
-// What a radiance can be; NaN becomes 0.
-fn to_radiance(v: f32) -> f32 {
-    let most = 3.4028234663852886e38f;
-    return select(select(0.0, min(v, most), v > 0.0), 0.0, is_nan(v));
-}
-
 fn composite_pixel(i: u32, channel: u32, share: f32) -> f32 {
     let at = 3u * i + channel;
     let real = bitcast<f32>(photo[at]);

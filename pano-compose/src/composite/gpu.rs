@@ -33,7 +33,7 @@ struct GroupClamped {
 /// `composite.wgsl`.
 pub static SHADER: Shader = Shader {
     name: "composite",
-    pieces: &[NUMBER, SPHERE, IMAGE, COLOR, Piece::plain(include_str!("composite.wgsl"))],
+    pieces: &[NUMBER, SPHERE, IMAGE, COLOR, crate::RADIANCE, Piece::plain(include_str!("composite.wgsl"))],
     specializations: &[Specialization { entry: "composite", constants: &[] }],
 };
 

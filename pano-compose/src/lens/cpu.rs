@@ -1,21 +1,11 @@
 //! The effects on the CPU, rayon over rows.
 
+use super::shapes::{DIAGONALS, GLARE_THRESHOLD, NOTHING, RayPass, SUCCESSIVE, bloom_shape};
 use super::{Params, bright};
 use glam::Vec3;
 use pano_core::color::luminance;
 use pano_core::image::RadianceImage;
 use rayon::prelude::*;
-
-/// The glare's threshold over the bloom's.
-const GLARE_THRESHOLD: f32 = 1.5;
-/// Samples of a pass of the glare: with steps of 4^(n−1) pixels, four of them reach where the next pass takes over.
-const SAMPLES: i32 = 4;
-/// Gaussian filters one after the other.
-const SUCCESSIVE: usize = 3;
-/// Pixels of the reduced bright map to a standard deviation of the bloom: fewer show its grid.
-const PIXELS_PER_SIGMA: f32 = 4.0;
-/// What rounding leaves of a kernel's tail is no light.
-const NOTHING: f32 = 1e-12;
 
 /// Spreads light in `picture`; tells how much, in luminance.
 pub(super) fn apply(params: &Params, photo: &RadianceImage, picture: &mut RadianceImage) -> f64 {
@@ -49,17 +39,12 @@ pub(super) fn apply(params: &Params, photo: &RadianceImage, picture: &mut Radian
 /// Successive Gaussian filters over a reduced map, looked up bilinearly.
 fn bloom(params: &Params, light: &RadianceImage) -> RadianceImage {
     let (w, h) = light.size();
-    let sigma = (params.radius * h as f32).max(0.5);
-    let k = ((sigma / PIXELS_PER_SIGMA) as usize).clamp(1, w.min(h));
-    // A panorama's columns must come out even, or the seam shows.
-    let k = if params.wrap { (1..=k).rev().find(|k| w.is_multiple_of(*k)).unwrap_or(1) } else { k };
+    let (k, kernel) = bloom_shape(params, (w, h));
     let (rw, rh) = (w.div_ceil(k), h.div_ceil(k));
     let mut map = RadianceImage::par_from_fn(rw, rh, |x, y| {
         let pixels = (0..k * k).map(|i| (x * k + i % k, y * k + i / k)).filter(|&(x, y)| x < w && y < h);
         pixels.map(|(x, y)| light.get(x, y)).sum::<Vec3>() / (k * k) as f32
     });
-    // Variances add up.
-    let kernel = gaussian(sigma / k as f32 / (SUCCESSIVE as f32).sqrt());
     for _ in 0..SUCCESSIVE {
         map = blurred(&map, &kernel, (1, 0), params.wrap);
         map = blurred(&map, &kernel, (0, 1), params.wrap);
@@ -78,15 +63,6 @@ fn bloom(params: &Params, light: &RadianceImage) -> RadianceImage {
         let value = pick(0, 0).lerp(pick(1, 0), fx).lerp(pick(0, 1).lerp(pick(1, 1), fx), fy);
         if value.max_element() > NOTHING { value } else { Vec3::ZERO }
     })
-}
-
-/// Weights of a Gaussian to four standard deviations, which add up to 1; the middle one first.
-fn gaussian(sigma: f32) -> Vec<f32> {
-    let reach = (4.0 * sigma).ceil() as usize;
-    let mut weights: Vec<f32> = (0..=reach).map(|i| (-0.5 * (i as f32 / sigma).powi(2)).exp()).collect();
-    let sum = weights[0] + 2.0 * weights[1..].iter().sum::<f32>();
-    weights.iter_mut().for_each(|w| *w /= sum);
-    weights
 }
 
 /// One filter along one axis; what it carries over the frame is lost.
@@ -111,29 +87,24 @@ fn blurred(map: &RadianceImage, kernel: &[f32], (dx, dy): (isize, isize), wrap: 
 fn glare(params: &Params, light: &RadianceImage) -> RadianceImage {
     let (w, h) = light.size();
     let mut sum = RadianceImage::filled(w, h, Vec3::ZERO);
-    for (sx, sy) in [(1, 1), (-1, 1), (1, -1), (-1, -1)] {
+    for (sx, sy) in DIAGONALS {
         let mut ray = light.clone();
-        for n in 1..=params.passes {
-            // Equation 2.
-            let b = 4i32.pow(n - 1);
-            // Equation 3.
-            let weights: Vec<f32> = (0..SAMPLES).map(|s| params.attenuation.powi(b * s)).collect();
-            let total: f32 = weights.iter().sum();
+        for RayPass { step, weights } in RayPass::all(params) {
             let before = ray;
             ray = RadianceImage::par_from_fn(w, h, |x, y| {
                 let mut value = Vec3::ZERO;
                 for (s, weight) in weights.iter().enumerate() {
                     // Equation 1, with a pair of signs.
-                    let (tx, ty) = (x as i32 + sx * b * s as i32, y as i32 + sy * b * s as i32);
+                    let (tx, ty) = (x as i32 + sx * step * s as i32, y as i32 + sy * step * s as i32);
                     let tx = if params.wrap { tx.rem_euclid(w as i32) } else { tx };
                     if (0..w as i32).contains(&tx) && (0..h as i32).contains(&ty) {
                         value += before.get(tx as usize, ty as usize) * *weight;
                     }
                 }
-                value / total
+                value
             });
         }
-        sum.data_mut().iter_mut().zip(ray.data()).for_each(|(sum, ray)| *sum += *ray * 0.25);
+        sum.data_mut().iter_mut().zip(ray.data()).for_each(|(sum, ray)| *sum += *ray / DIAGONALS.len() as f32);
     }
     sum
 }

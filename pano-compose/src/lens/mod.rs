@@ -10,6 +10,9 @@
 //! the light that the objects add is spread, and whatever lies beyond its reach keeps its bits.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+mod shapes;
 
 use glam::Vec3;
 use pano_core::color::luminance;
@@ -50,6 +53,26 @@ impl Params {
     pub fn is_on(&self) -> bool {
         self.bloom > 0.0 || self.glare > 0.0
     }
+
+    /// That every value is in its range, and photo and picture are of one size.
+    fn check(&self, photo: (usize, usize), picture: (usize, usize)) -> Result<()> {
+        let ranges = [
+            ("bloom", self.bloom, 0.0, 1.0),
+            ("glare", self.glare, 0.0, 1.0),
+            ("threshold", self.threshold, 0.0, f32::MAX),
+            ("radius", self.radius, f32::MIN_POSITIVE, 0.25),
+            ("attenuation", self.attenuation, 0.5, 0.99),
+            ("passes", self.passes as f32, 1.0, 4.0),
+            ("bloom and glare together", self.bloom + self.glare, 0.0, 1.0),
+        ];
+        if let Some((name, value, low, high)) = ranges.into_iter().find(|(_, v, low, high)| !(low..=high).contains(&v)) {
+            return Err(Error::argument(format!("lens effects: {name} is {value}; give a value in [{low}, {high}]")));
+        }
+        if photo != picture {
+            return Err(Error::argument(format!("lens effects: the photo has {photo:?} pixels, the picture {picture:?}")));
+        }
+        Ok(())
+    }
 }
 
 /// What the effects did to the picture, in luminance summed over its pixels.
@@ -63,35 +86,33 @@ pub struct Report {
     pub change: f64,
 }
 
-/// Applies the effects to `picture`, the composite over `photo`. Finite input ≥ 0 gives finite output ≥ 0.
+/// Applies the effects to `picture`, the composite over `photo`. Finite input ≥ 0 gives finite output ≥ 0; what is no number, or
+/// infinite, is no light to spread.
 ///
 /// # Errors
 /// [`Error::Argument`] if a parameter is out of range or the pictures differ in size.
 pub fn apply(params: &Params, photo: &RadianceImage, picture: &mut RadianceImage) -> Result<Report> {
-    let ranges = [
-        ("bloom", params.bloom, 0.0, 1.0),
-        ("glare", params.glare, 0.0, 1.0),
-        ("threshold", params.threshold, 0.0, f32::MAX),
-        ("radius", params.radius, f32::MIN_POSITIVE, 0.25),
-        ("attenuation", params.attenuation, 0.5, 0.99),
-        ("passes", params.passes as f32, 1.0, 4.0),
-        ("bloom and glare together", params.bloom + params.glare, 0.0, 1.0),
-    ];
-    if let Some((name, value, low, high)) = ranges.into_iter().find(|(_, v, low, high)| !(low..=high).contains(&v)) {
-        return Err(Error::argument(format!("lens effects: {name} is {value}; give a value in [{low}, {high}]")));
-    }
-    if photo.size() != picture.size() {
-        let (a, b) = (photo.size(), picture.size());
-        return Err(Error::argument(format!("lens effects: the photo has {a:?} pixels, the picture {b:?}")));
-    }
-    let sum = |image: &RadianceImage| image.data().iter().map(|&p| f64::from(luminance(p))).sum::<f64>();
-    let before = sum(picture);
+    params.check(photo.size(), picture.size())?;
+    let before = total(picture);
     let spread = if params.is_on() { cpu::apply(params, photo, picture) } else { 0.0 };
-    Ok(Report { before, spread, change: sum(picture) - before })
+    Ok(Report { before, spread, change: total(picture) - before })
 }
+
+/// Luminance summed over the pixels.
+fn total(picture: &RadianceImage) -> f64 {
+    picture.data().iter().map(|&p| f64::from(luminance(p))).sum()
+}
+
+/// The brightest light that is spread, a channel; what is brighter loses and spreads as much. Sums over a frame of 3·10⁸ pixels
+/// stay finite in `f32`.
+const BRIGHTEST: f32 = 1e30;
 
 /// The part of `radiance` above a luminance of `threshold`.
 fn bright(radiance: Vec3, threshold: f32) -> Vec3 {
+    if !radiance.is_finite() {
+        return Vec3::ZERO;
+    }
+    let radiance = radiance.min(Vec3::splat(BRIGHTEST));
     let l = luminance(radiance);
     if l > threshold { radiance * (1.0 - threshold / l) } else { Vec3::ZERO }
 }

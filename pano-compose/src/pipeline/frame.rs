@@ -110,7 +110,7 @@ impl<'a> Frame<'a> {
         let mut sampling = None;
         let filtered = match (method, found) {
             (Method::Iprt, _) => iprt::trace(self, view, &mut carried.past, device, &mut clock, &mut warnings, progress)?,
-            (Method::Rt2ar, Some(found)) => rt2ar::trace(self, view, found, &mut clock, &mut warnings, progress)?,
+            (Method::Rt2ar, Some(found)) => rt2ar::trace(self, view, found, device, &mut clock, &mut warnings, progress)?,
             _ => {
                 let traced = path_traced::trace(self, method, view, found, device, &mut clock, &mut warnings, progress)?;
                 sampling = traced.1;
@@ -147,7 +147,7 @@ impl<'a> Frame<'a> {
         clock.stage_on(device.last(), "composite", self.pixels(), 0);
         let lens = lens::Params { wrap: self.camera.projection == Projection::Panorama, ..self.options.settings.lens };
         if lens.is_on() {
-            let report = lens::apply(&lens, &photo, &mut out.color)?;
+            let report = device.lens(&lens, &photo, &mut out.color)?;
             if report.spread > 0.0 {
                 let (spread, lost) = (report.spread / report.before, -report.change / report.before);
                 warnings.push(format!(
@@ -156,7 +156,7 @@ impl<'a> Frame<'a> {
                     lost * 100.0
                 ));
             }
-            clock.stage("lens", self.pixels(), 0);
+            clock.stage_on(device.last(), "lens", self.pixels(), 0);
         }
         warnings.extend(device.take_warnings());
         let stats = clock.finish(method.name(), device.adapter(), plan, warnings);

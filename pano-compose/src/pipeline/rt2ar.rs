@@ -1,5 +1,6 @@
 //! Frames of rt2ar: recursive rays, then the mean filter over penumbrae.
 
+use super::device::Device;
 use super::frame::{Filtered, Frame, View};
 use super::path_traced::bounces;
 use super::{Clock, Error, Result, World};
@@ -20,6 +21,7 @@ pub(super) fn trace(
     frame: &Frame<'_>,
     view: View,
     (lighting, plan): (&Lighting, &EffectPlan),
+    device: &mut Device,
     clock: &mut Clock,
     warnings: &mut Vec<String>,
     progress: &dyn Progress,
@@ -58,8 +60,8 @@ pub(super) fn trace(
     if frame.options.denoise && params.shadows && params.shadow != Shadow::Hard && settings.penumbra_radius > 0 {
         let wrap = frame.camera.projection == Projection::Panorama;
         let params = mean::Params { wrap, radius: settings.penumbra_radius, ..mean::Params::default() };
-        mean::filter(&params, &penumbra, &photo, &mut layers)?;
-        clock.stage("mean", penumbra.data().iter().filter(|p| **p).count() as u64, 0);
+        device.mean(&params, &penumbra, &photo, &mut layers)?;
+        clock.stage_on(device.last(), "mean", penumbra.data().iter().filter(|p| **p).count() as u64, 0);
     }
     Ok(Filtered { photo, layers, irradiance: None, shadows })
 }

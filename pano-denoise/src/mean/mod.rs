@@ -6,6 +6,8 @@
 //! normals, reflectance) and by their share of the layer, so that nothing bleeds from objects into real surfaces.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 use crate::Energy;
 use glam::Vec3;
@@ -34,6 +36,23 @@ impl Default for Params {
     }
 }
 
+impl Params {
+    /// That every value is in its range.
+    fn check(&self) -> Result<()> {
+        for (name, sigma) in
+            [("sigma_depth", self.sigma_depth), ("sigma_normal", self.sigma_normal), ("sigma_albedo", self.sigma_albedo)]
+        {
+            if sigma.is_nan() || sigma <= 0.0 {
+                return Err(Error::argument(format!("mean filter: {name} is {sigma}; give a value above 0")));
+            }
+        }
+        if self.radius > MAX_RADIUS {
+            return Err(Error::argument(format!("mean filter: radius is {}; give at most {MAX_RADIUS}", self.radius)));
+        }
+        Ok(())
+    }
+}
+
 /// Largest [`Params::radius`].
 pub const MAX_RADIUS: usize = 16;
 
@@ -47,24 +66,20 @@ pub struct Report {
 }
 
 /// Averages `object` and `delta` of `layers` where `penumbra` says so; `photo` is what the view shows without objects. Finite
-/// input gives finite output.
+/// input gives finite output; what is no number is left alone and does not count.
 ///
 /// # Errors
 /// [`Error::Argument`] if a parameter is out of range or the pictures differ in size.
 pub fn filter(params: &Params, penumbra: &Image<bool>, photo: &RadianceImage, layers: &mut TracedLayers) -> Result<Report> {
-    for (name, sigma) in
-        [("sigma_depth", params.sigma_depth), ("sigma_normal", params.sigma_normal), ("sigma_albedo", params.sigma_albedo)]
-    {
-        if sigma.is_nan() || sigma <= 0.0 {
-            return Err(Error::argument(format!("mean filter: {name} is {sigma}; give a value above 0")));
-        }
-    }
-    if params.radius > MAX_RADIUS {
-        return Err(Error::argument(format!("mean filter: radius is {}; give at most {MAX_RADIUS}", params.radius)));
-    }
-    let sizes = [("the penumbra", penumbra.size()), ("the photo", photo.size())];
-    crate::check_sizes("mean filter", layers.size(), &sizes)?;
+    params.check()?;
+    check_sizes(penumbra, photo, layers)?;
     Ok(cpu::filter(params, penumbra, photo, layers))
+}
+
+/// All pictures are of one size.
+fn check_sizes(penumbra: &Image<bool>, photo: &RadianceImage, layers: &TracedLayers) -> Result<()> {
+    let sizes = [("the penumbra", penumbra.size()), ("the photo", photo.size())];
+    crate::check_sizes("mean filter", layers.size(), &sizes)
 }
 
 /// A layer on its way through the filter.

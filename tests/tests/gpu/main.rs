@@ -9,8 +9,10 @@ mod context;
 mod cross_bilateral;
 mod expand;
 mod firefly;
+mod lens;
 mod light;
 mod march;
+mod mean;
 mod pipeline;
 mod prelude;
 mod resample;
@@ -36,9 +38,11 @@ fn main() {
         prelude::TESTS,
         expand::TESTS,
         composite::TESTS,
+        lens::TESTS,
         cross_bilateral::TESTS,
         atrous::TESTS,
         firefly::TESTS,
+        mean::TESTS,
         temporal::TESTS,
         resample::TESTS,
         light::TESTS,

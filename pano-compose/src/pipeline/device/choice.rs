@@ -14,7 +14,7 @@ pub enum Backend {
 
 /// Stages that can run on a GPU, in the order in which a frame passes them. `expand` is a part of what `--stats` calls `load`;
 /// `trace` is that of the path tracers.
-pub const GPU_STAGES: [&str; 12] = [
+pub const GPU_STAGES: [&str; 14] = [
     "expand",
     "view",
     "lights",
@@ -25,8 +25,10 @@ pub const GPU_STAGES: [&str; 12] = [
     "filter real",
     "history virtual",
     "filter virtual",
+    "mean",
     "denoise",
     "composite",
+    "lens",
 ];
 
 /// Knobs of the GPU.
@@ -65,6 +67,6 @@ mod tests {
         assert_eq!(allowed(None, None), GPU_STAGES.len());
         assert_eq!((allowed(Some(last), None), allowed(None, Some(0)), allowed(Some(1), Some(1))), (1, 1, 1));
         assert_eq!(allowed(Some(1), Some(0)), 0);
-        assert!(!GpuSettings::default().allows("mean"));
+        assert!(!GpuSettings::default().allows("world"));
     }
 }

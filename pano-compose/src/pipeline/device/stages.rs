@@ -6,6 +6,7 @@
 
 use super::Device;
 use crate::composite::{self, Clamped, Composite};
+use crate::lens;
 use crate::pipeline::{Result, World};
 use glam::{Quat, Vec3};
 use pano_core::camera::Camera;
@@ -14,7 +15,7 @@ use pano_core::layers::TracedLayers;
 use pano_core::light::RadianceMaps;
 use pano_core::progress::Progress;
 use pano_core::sphere::resample;
-use pano_denoise::{atrous, cross_bilateral, firefly, temporal};
+use pano_denoise::{atrous, cross_bilateral, firefly, mean, temporal};
 use pano_light::{WorkingMap, detect, expand, ibl};
 use pano_trace::sparse;
 use pano_trace::tracer::{self, TraceParams, Traced};
@@ -121,6 +122,23 @@ impl Device {
         Ok(cross_bilateral::filter(params, layers)?)
     }
 
+    /// [`mean::filter`], stage `mean`.
+    pub(in crate::pipeline) fn mean(
+        &mut self,
+        params: &mean::Params,
+        penumbra: &Image<bool>,
+        photo: &RadianceImage,
+        layers: &mut TracedLayers,
+    ) -> Result<()> {
+        #[cfg(feature = "gpu")]
+        if self.attempt("mean", |installed| mean::gpu::filter_layers(&installed.gpu, params, penumbra, photo, layers))?.is_some()
+        {
+            return Ok(());
+        }
+        mean::filter(params, penumbra, photo, layers)?;
+        Ok(())
+    }
+
     /// [`composite::composite`], stage `composite`.
     pub(in crate::pipeline) fn composite(
         &mut self,
@@ -136,6 +154,22 @@ impl Device {
             return Ok(clamped);
         }
         Ok(composite::composite(photo, layers, out)?)
+    }
+
+    /// [`lens::apply`], stage `lens`.
+    pub(in crate::pipeline) fn lens(
+        &mut self,
+        params: &lens::Params,
+        photo: &RadianceImage,
+        picture: &mut RadianceImage,
+    ) -> Result<lens::Report> {
+        #[cfg(feature = "gpu")]
+        if let Some(report) =
+            self.attempt("lens", |installed| lens::gpu::apply_picture(&installed.gpu, params, photo, picture))?
+        {
+            return Ok(report);
+        }
+        Ok(lens::apply(params, photo, picture)?)
     }
 
     /// [`sparse::levels`], stage `sparse mask`.

@@ -201,6 +201,47 @@ fn stages_and_settings_are_told() {
     assert!(glossy.layers.delta.data() != plain.layers.delta.data());
 }
 
+/// A glossy floor mirrors a lamp that an object hides in part. Of rays spread over the lobe few meet the lamp, and each of these
+/// would take more from its pixel than is there: twenty dark specks, if each ray takes what it meets.
+#[test]
+fn hidden_lamps_leave_no_specks_in_glossy_floors() {
+    let place = Place::new();
+    let lamp = |x: usize, y: usize| (31..34).contains(&x) && (8..11).contains(&y);
+    let room = |x, y| if lamp(x, y) { Vec3::new(600.0, 700.0, 800.0) } else { Vec3::new(0.5, 0.3, 0.2) };
+    place.exr("lamp.exr", &Image::from_fn(64, 32, room));
+    let text = "color = 'lamp.exr'\ncamera_height = 1.0";
+    let mut scene = place.scene(text, &OBJECT.replace("[0, 0, -2]", "[0, -1, -2]"));
+    scene.render = pano_core::scene::Render { method: Method::Rt2ar, samples: 4, bounces: 3 };
+    scene.view = pano_core::scene::View {
+        kind: pano_core::scene::ViewKind::Perspective { vfov: 40.0 },
+        pitch: Some(-30.0),
+        size: Some((72, 48)),
+        ..Default::default()
+    };
+    let with = |gloss: &str| {
+        let mut options = RenderOptions { denoise: false, ..RenderOptions::default() };
+        options.settings.set("gloss", gloss).unwrap();
+        options.settings.set("gloss_roughness", "0.4").unwrap();
+        render(&scene, &options, &Silent).unwrap()
+    };
+    let (matt, glossy) = (with("0"), with("0.2"));
+    let changed = |r: &Rendered| r.layers.delta.data().iter().filter(|d| **d != Vec3::ZERO).count();
+    assert!(changed(&glossy) > changed(&matt) + 50, "the floor mirrors the object: {} {}", changed(&glossy), changed(&matt));
+    let floor = |x: usize, y: usize| glossy.layers.coverage.get(x, y) == 0.0;
+    let light = |x: usize, y: usize| glossy.composite.color.get(x, y).max_element();
+    let mut specks = Vec::new();
+    for (x, y) in (1..47).flat_map(|y| (1..71).map(move |x| (x, y))).filter(|&(x, y)| floor(x, y)) {
+        let around = (0..9).filter(|i| *i != 4).map(|i| (x + i % 3 - 1, y + i / 3 - 1)).filter(|&(x, y)| floor(x, y));
+        let mut lights: Vec<f32> = around.map(|(x, y)| light(x, y)).collect();
+        lights.sort_by(f32::total_cmp);
+        // A shadow has an inside: pixels as dark beside each other.
+        if lights.len() > 5 && light(x, y) < 0.25 * lights[2] {
+            specks.push((x, y, light(x, y), lights[2]));
+        }
+    }
+    assert!(specks.is_empty(), "{} specks: {specks:?}", specks.len());
+}
+
 #[test]
 fn lens_effects_run_only_if_asked_for() {
     let place = Place::new();
