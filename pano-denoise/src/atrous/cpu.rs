@@ -60,7 +60,7 @@ pub(super) fn filter(
 }
 
 /// One pass with taps `step` pixels apart.
-fn pass(params: &Params, surfaces: &Surfaces, pixels: &[Pixel], width: usize, step: isize) -> Vec<Pixel> {
+fn pass(params: &Params, surfaces: &Surfaces<'_>, pixels: &[Pixel], width: usize, step: isize) -> Vec<Pixel> {
     let mut out = pixels.to_vec();
     out.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
@@ -74,7 +74,7 @@ fn pass(params: &Params, surfaces: &Surfaces, pixels: &[Pixel], width: usize, st
 
 fn average(
     params: &Params,
-    surfaces: &Surfaces,
+    surfaces: &Surfaces<'_>,
     pixels: &[Pixel],
     (x, y): (usize, usize),
     p: usize,

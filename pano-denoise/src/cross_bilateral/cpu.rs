@@ -34,7 +34,7 @@ struct Frame<'a> {
     source: &'a [Vec3],
     /// Share of the pixel, 0 where it is no tap.
     share: Vec<f32>,
-    surfaces: Surfaces,
+    surfaces: Surfaces<'a>,
     width: usize,
 }
 

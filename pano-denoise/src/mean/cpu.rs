@@ -36,7 +36,13 @@ impl Signal<'_> {
     }
 }
 
-fn averaged(params: &Params, penumbra: &Image<bool>, surfaces: &Surfaces, albedo: &[Vec3], signal: &Signal<'_>) -> Image<Vec3> {
+fn averaged(
+    params: &Params,
+    penumbra: &Image<bool>,
+    surfaces: &Surfaces<'_>,
+    albedo: &[Vec3],
+    signal: &Signal<'_>,
+) -> Image<Vec3> {
     let (width, height) = penumbra.size();
     let radius = params.radius as isize;
     let mut out = Image::filled(width, height, Vec3::ZERO);

@@ -3,7 +3,7 @@
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use pano_core::image::Image;
 use rayon::prelude::*;
 
@@ -29,21 +29,19 @@ struct Slope {
 
 /// The surfaces of a frame.
 #[derive(Debug)]
-pub(crate) struct Surfaces {
+pub(crate) struct Surfaces<'a> {
     slope: Vec<Slope>,
-    /// Of unit length, or 0.
-    normal: Vec<DVec3>,
+    normal: &'a [Vec3],
     width: usize,
     height: usize,
     wrap: bool,
 }
 
-impl Surfaces {
+impl<'a> Surfaces<'a> {
     /// From pictures of one size; `wrap`: a whole panorama.
-    pub(crate) fn new(depth: &Image<f32>, normal: &Image<Vec3>, wrap: bool) -> Self {
+    pub(crate) fn new(depth: &Image<f32>, normal: &'a Image<Vec3>, wrap: bool) -> Self {
         let (width, height) = depth.size();
-        let normal = normal.data().iter().map(|n| n.as_dvec3().normalize_or_zero()).collect();
-        let mut surfaces = Self { slope: Vec::new(), normal, width, height, wrap };
+        let mut surfaces = Self { slope: Vec::new(), normal: normal.data(), width, height, wrap };
         surfaces.slope = surfaces.slopes(depth.data());
         surfaces
     }
@@ -109,10 +107,11 @@ impl Surfaces {
             let residual = forward.abs().max(backward.abs()) / f64::from(nearer);
             exponent += 0.5 * (residual / f64::from(sigma_depth)).powi(2);
         }
-        let (n, m) = (self.normal[p], self.normal[q.index]);
-        if n != DVec3::ZERO && m != DVec3::ZERO {
+        let (n, m) = (self.normal[p].as_dvec3(), self.normal[q.index].as_dvec3());
+        let lengths = n.length() * m.length();
+        if lengths > 0.0 {
             // 1 − cos φ ≈ φ²/2.
-            exponent += (1.0 - n.dot(m)).max(0.0) / f64::from(sigma_normal).powi(2);
+            exponent += (1.0 - n.dot(m) / lengths).max(0.0) / f64::from(sigma_normal).powi(2);
         } else if n != m && sigma_normal.is_finite() {
             return f64::INFINITY;
         }
