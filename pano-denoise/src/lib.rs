@@ -27,8 +27,9 @@ mod surfaces;
 pub use surfaces::gpu::GpuSurfaces;
 
 use glam::{DVec3, Vec3};
-use pano_core::color::luminance;
+use pano_core::color::{LUMINANCE_WEIGHTS, luminance};
 use pano_core::image::Image;
+use pano_core::sphere::wrap_texel;
 use pano_core::{Error, Result};
 
 /// Every shader of this crate, for the checks that need no GPU.
@@ -90,6 +91,19 @@ fn check_sizes(filter: &str, size: (usize, usize), others: &[(&str, (usize, usiz
             Err(Error::argument(format!("{filter}: {name} has {}×{} pixels, the layer {}×{}", other.0, other.1, size.0, size.1)))
         }
     }
+}
+
+/// Luminance of a value of any size or sign.
+#[inline]
+fn bright(value: DVec3) -> f64 {
+    value.dot(LUMINANCE_WEIGHTS.as_dvec3())
+}
+
+/// The texel at `(x, y)`; outside of a picture that does not wrap there is none.
+#[inline]
+fn texel_at((width, height): (usize, usize), x: isize, y: isize, wrap: bool) -> Option<(usize, usize)> {
+    let inside = (0..width as isize).contains(&x) && (0..height as isize).contains(&y);
+    (inside || wrap).then(|| wrap_texel(width, height, x, y))
 }
 
 /// To `f32`, at most its largest value: dividing by a tiny share may exceed it.

@@ -8,7 +8,7 @@ use super::shapes::{DIAGONALS, GLARE_THRESHOLD, NOTHING, RayPass, SUCCESSIVE, bl
 use super::{BRIGHTEST, Params, Report, total};
 use glam::Vec3;
 use pano_core::gpu::{
-    COLOR, Constant, Gpu, GpuImage, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization,
+    COLOR, Constant, Gpu, GpuImage, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization, flag,
 };
 use pano_core::image::RadianceImage;
 use std::ops::Range;
@@ -82,10 +82,6 @@ pub static SHADER: Shader = Shader {
 
 /// Bytes of a pixel in the largest binding.
 const PIXEL_BYTES: usize = size_of::<Vec3>();
-
-fn flag(on: bool) -> f64 {
-    f64::from(u8::from(on))
-}
 
 /// Photo and picture, or a band of their rows, on the GPU.
 struct Source {

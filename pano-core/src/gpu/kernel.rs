@@ -20,6 +20,11 @@ pub struct Kernel<'a> {
     pub constants: &'a [(&'static str, f64)],
 }
 
+/// A switch as the value of an `override` constant.
+pub const fn flag(on: bool) -> f64 {
+    if on { 1.0 } else { 0.0 }
+}
+
 /// Shader, entry point and the constants' bits.
 type Key = (&'static str, &'static str, Vec<(&'static str, u64)>);
 

@@ -25,7 +25,7 @@ pub use buffer::{GpuBuffer, Traffic};
 pub use context::{Gpu, GpuOptions};
 pub use error::{GpuError, GpuResult};
 pub use image::{Band, GpuImage, Rows};
-pub use kernel::Kernel;
+pub use kernel::{Kernel, flag};
 pub use layers::GpuLayers;
 pub use prelude::{COLOR, IMAGE, LARGEST, NUMBER, RANDOM, SPHERE, WORDS};
 pub use shader::{Constant, Piece, Shader, Specialization, Value};

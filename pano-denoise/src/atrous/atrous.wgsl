@@ -1,5 +1,6 @@
 // The à-trous joint bilateral filter: pictures become pixels without premultiplication (`prepare`), each level spreads taps
-// twice as far (`level`), and pixels become pictures again (`finish`). See cpu.rs for the reasons. Sums are f32: values are limited before.
+// twice as far (`level`), and pixels become pictures again (`finish`). See cpu.rs for the reasons. Sums are f32:
+// values are limited before.
 
 override WRAP: bool;
 
@@ -17,9 +18,7 @@ struct Atrous {
 @group(0) @binding(0) var<uniform> params: Atrous;
 @group(0) @binding(1) var<storage, read> signal: array<f32>;
 @group(0) @binding(2) var<storage, read> share: array<f32>;
-@group(0) @binding(3) var<storage, read> variance: array<f32>;
-@group(0) @binding(4) var<storage, read> slope: array<f32>;
-@group(0) @binding(5) var<storage, read> normal: array<f32>;
+@group(0) @binding(5) var<storage, read> variance: array<f32>;
 // Value without premultiplication and share, 0 for a pixel that takes no part; and the variance of its luminance.
 @group(0) @binding(6) var<storage, read> pixels: array<vec4f>;
 @group(0) @binding(7) var<storage, read> variances: array<f32>;
@@ -29,14 +28,6 @@ struct Atrous {
 
 fn signal_at(i: u32) -> vec3f {
     return vec3f(signal[3u * i], signal[3u * i + 1u], signal[3u * i + 2u]);
-}
-
-fn slope_at(i: u32) -> vec3f {
-    return vec3f(slope[3u * i], slope[3u * i + 1u], slope[3u * i + 2u]);
-}
-
-fn normal_at(i: u32) -> vec3f {
-    return vec3f(normal[3u * i], normal[3u * i + 1u], normal[3u * i + 2u]);
 }
 
 // A pixel without premultiplication, and its share.
@@ -73,14 +64,6 @@ fn finish(@builtin(global_invocation_id) id: vec3u) {
     next_variances[i] = select(variance[i], variances[i], part);
 }
 
-// -ln of the weight that the surfaces give a tap.
-fn guide_exponent(p: u32, q: u32, offset: vec2i, over_pole: bool) -> f32 {
-    return min(
-        surface_exponent(slope_at(p), slope_at(q), normal_at(p), normal_at(q), offset, over_pole, params.depth, params.normal),
-        FAR,
-    );
-}
-
 @compute @workgroup_size(8, 8)
 fn level(@builtin(global_invocation_id) id: vec3u) {
     if !is_held(params.rows, id) {
@@ -108,7 +91,7 @@ fn level(@builtin(global_invocation_id) id: vec3u) {
             continue;
         }
         black = black && all(pixels[q].xyz == vec3f(0.0));
-        exponents[i] = guide_exponent(p, q, tap * params.step, place.over_pole);
+        exponents[i] = min(exponent_at(p, q, tap * params.step, place.over_pole), FAR);
         // Variances are noisy themselves: a 3×3 mean over the same surface.
         if all(abs(tap) <= vec2i(1)) {
             let weight = SPLINE[abs(tap.x)] * SPLINE[abs(tap.y)] * exp(-exponents[i]);

@@ -2,7 +2,7 @@
 
 use super::{Guides, Params};
 use crate::surfaces::Surfaces;
-use crate::{Energy, to_f32, to_vec3};
+use crate::{Energy, bright, to_f32, to_vec3};
 use glam::{DVec3, Vec3};
 use pano_core::image::Image;
 use rayon::prelude::*;
@@ -129,9 +129,4 @@ fn average(
         out.luminance = bright(out.value);
         out.variance = variance / (weights * weights);
     }
-}
-
-/// Luminance of a value of any size or sign.
-fn bright(value: DVec3) -> f64 {
-    value.dot(pano_core::color::LUMINANCE_WEIGHTS.as_dvec3())
 }

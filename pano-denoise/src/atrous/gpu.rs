@@ -9,7 +9,7 @@ use crate::surfaces::gpu::{GpuSurfaces, SURFACES, inverse};
 use glam::{Vec3, Vec4};
 use pano_core::gpu::{
     Band, COLOR, Constant, Gpu, GpuBuffer, GpuImage, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader,
-    Specialization,
+    Specialization, flag,
 };
 use pano_core::image::Image;
 
@@ -74,7 +74,7 @@ impl<'a> Call<'a> {
     }
 
     fn run(&self, entry: &'static str, step: i32, buffers: &[(u32, &GpuBuffer)]) -> GpuResult<()> {
-        let wrap = [("WRAP", f64::from(u8::from(self.wrap)))];
+        let wrap = [("WRAP", flag(self.wrap))];
         // Kernels that look at no neighbour have nothing to wrap.
         let constants: &[_] = if matches!(entry, "prepare" | "finish") { &[] } else { &wrap };
         let uniform = Atrous { step, ..self.uniform };
@@ -104,9 +104,9 @@ pub fn filter(
     let call = Call::new(gpu, params, surfaces, rows);
     let pair = || Ok::<_, pano_core::gpu::GpuError>((gpu.image::<Vec4>(rows)?, gpu.image::<f32>(rows)?));
     let (mut now, mut next) = (pair()?, pair()?);
-    let source = [(1, signal.buffer()), (2, share.buffer()), (3, variance.buffer())];
+    let source = [(1, signal.buffer()), (2, share.buffer()), (5, variance.buffer())];
     call.run("prepare", 1, &[&source[..], &[(8, now.0.buffer()), (9, now.1.buffer())]].concat())?;
-    let guides = [(4, surfaces.slope.buffer()), (5, surfaces.normal.buffer())];
+    let guides = [(3, surfaces.slope.buffer()), (4, surfaces.normal.buffer())];
     for level in 0..params.levels {
         let pixels = [(6, now.0.buffer()), (7, now.1.buffer()), (8, next.0.buffer()), (9, next.1.buffer())];
         call.run("level", 1 << level, &[&guides[..], &pixels[..]].concat())?;

@@ -20,9 +20,6 @@ struct CrossBilateral {
 @group(0) @binding(0) var<uniform> params: CrossBilateral;
 @group(0) @binding(1) var<storage, read> layer: array<f32>;
 @group(0) @binding(2) var<storage, read> coverage: array<f32>;
-@group(0) @binding(3) var<storage, read> slope: array<f32>;
-@group(0) @binding(4) var<storage, read> normal: array<f32>;
-@group(0) @binding(5) var<storage, read> albedo: array<f32>;
 // Mean over 3×3 pixels of the same surface, without premultiplication.
 @group(0) @binding(6) var<storage, read_write> mean: array<f32>;
 // Second differences along four directions; negative where a neighbour is not of the same surface.
@@ -35,18 +32,6 @@ fn layer_at(i: u32) -> vec3f {
 
 fn mean_at(i: u32) -> vec3f {
     return vec3f(mean[3u * i], mean[3u * i + 1u], mean[3u * i + 2u]);
-}
-
-fn slope_at(i: u32) -> vec3f {
-    return vec3f(slope[3u * i], slope[3u * i + 1u], slope[3u * i + 2u]);
-}
-
-fn normal_at(i: u32) -> vec3f {
-    return vec3f(normal[3u * i], normal[3u * i + 1u], normal[3u * i + 2u]);
-}
-
-fn albedo_at(i: u32) -> vec3f {
-    return vec3f(albedo[3u * i], albedo[3u * i + 1u], albedo[3u * i + 2u]);
 }
 
 // Share of the pixel, 0 where it is no tap.
@@ -81,15 +66,10 @@ fn is_active(texel: vec2i) -> bool {
 // -ln of the weight that the guides give the tap `place`, `offset` away from `p`; FAR if it is not of the layer.
 fn guide_exponent(p: u32, place: Place, offset: vec2i) -> f32 {
     let q = index_of(params.rows, place.texel);
-    let apart = albedo_at(p) - albedo_at(q);
-    if share_at(q) == 0.0 || !is_finite3(apart) {
+    if share_at(q) == 0.0 {
         return FAR;
     }
-    let surface = surface_exponent(
-        slope_at(p), slope_at(q), normal_at(p), normal_at(q), offset, place.over_pole, params.depth, params.normal,
-    );
-    let far = limited3(apart) * params.albedo;
-    return min(surface + 0.5 * (far_square(far.x) + far_square(far.y) + far_square(far.z)), FAR);
+    return colored_exponent_at(p, q, offset, place.over_pole);
 }
 
 const NEIGHBOURS = array<vec2i, 8>(

@@ -4,10 +4,10 @@
 //! and two kernels; pictures larger than a binding go in bands with a halo.
 
 use super::{Energy, Params, Report};
-use crate::surfaces::gpu::{GpuSurfaces, SURFACES, inverse};
+use crate::surfaces::gpu::{ALBEDO, GpuSurfaces, SURFACES, inverse};
 use glam::{Vec3, Vec4};
 use pano_core::gpu::{
-    Constant, Gpu, GpuImage, GpuLayers, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization,
+    Constant, Gpu, GpuImage, GpuLayers, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization, flag,
 };
 use pano_core::layers::TracedLayers;
 
@@ -32,6 +32,7 @@ pub static SHADER: Shader = Shader {
         SPHERE,
         IMAGE,
         SURFACES,
+        ALBEDO,
         Piece {
             text: include_str!("cross_bilateral.wgsl"),
             constants: || vec![Constant::f32("OUTLIER", super::cpu::OUTLIER as f32)],
@@ -89,7 +90,6 @@ pub fn filter_layer(
         radiance: if params.sigma_radiance.is_finite() { params.sigma_radiance } else { 0.0 },
         ranged: params.sigma_radiance.is_finite().into(),
     };
-    let flag = |on: bool| f64::from(u8::from(on));
     let constants = [("WRAP", flag(surfaces.wrap)), ("REAL", flag(which == Layer::Real))];
     let (mean, residual, filtered) = (gpu.image::<Vec3>(rows)?, gpu.image::<Vec4>(rows)?, gpu.image(rows)?);
     let guides = [

@@ -1,18 +1,17 @@
 //! The clamp on the CPU: one look at each pixel's neighbours, rayon over rows.
 
 use super::{Clamped, Params};
-use crate::to_vec3;
+use crate::{bright, texel_at, to_vec3};
 use glam::{DVec3, Vec3};
-use pano_core::color::LUMINANCE_WEIGHTS;
 use pano_core::image::Image;
-use pano_core::sphere::wrap_texel;
 use rayon::prelude::*;
 
 /// See [`super::clamp`]; arguments are checked there.
 pub(super) fn clamp(params: &Params, share: &Image<f32>, signal: &mut Image<Vec3>) -> Clamped {
-    let (width, height) = signal.size();
+    let size = signal.size();
+    let width = size.0;
     // The magnitude of the luminance without the premultiplication; `None` where the pixel takes no part.
-    let bright = |value: Vec3| value.as_dvec3().dot(LUMINANCE_WEIGHTS.as_dvec3()).abs();
+    let bright = |value: Vec3| bright(value.as_dvec3()).abs();
     let luminance: Vec<Option<f64>> = (signal.data().iter().zip(share.data()))
         .map(|(&value, &share)| (share > 0.0 && value.is_finite()).then(|| bright(value) / f64::from(share.min(1.0))))
         .collect();
@@ -25,12 +24,7 @@ pub(super) fn clamp(params: &Params, share: &Image<f32>, signal: &mut Image<Vec3
                 clamped.before += before;
                 let mut greatest: Option<f64> = None;
                 for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).filter(|&d| d != (0, 0)) {
-                    let (nx, ny) = (x as isize + dx, y as isize + dy);
-                    let inside = (0..width as isize).contains(&nx) && (0..height as isize).contains(&ny);
-                    if !inside && !params.wrap {
-                        continue;
-                    }
-                    let (nx, ny) = wrap_texel(width, height, nx, ny);
+                    let Some((nx, ny)) = texel_at(size, x as isize + dx, y as isize + dy, params.wrap) else { continue };
                     if let Some(other) = luminance[ny * width + nx].filter(|_| (nx, ny) != (x, y)) {
                         greatest = Some(greatest.map_or(other, |g: f64| g.max(other)));
                     }

@@ -6,7 +6,7 @@
 use super::{Clamped, Params};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use pano_core::gpu::{COLOR, Gpu, GpuImage, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization};
+use pano_core::gpu::{COLOR, Gpu, GpuImage, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization, flag};
 use pano_core::image::Image;
 
 pano_core::uniform! {
@@ -47,7 +47,7 @@ pub fn clamp(gpu: &Gpu, params: &Params, share: &GpuImage<f32>, signal: &GpuImag
     let clamped = gpu.image(rows)?;
     let [x, y, z] = rows.groups();
     let report = gpu.buffer::<GroupClamped>((x * y) as usize)?;
-    let constants = [("WRAP", f64::from(u8::from(params.wrap)))];
+    let constants = [("WRAP", flag(params.wrap))];
     let kernel = Kernel { shader: &SHADER, entry: "clamp_fireflies", constants: &constants };
     let uniform = Firefly { rows, factor: params.factor };
     let buffers = [(1, share.buffer()), (2, signal.buffer()), (3, clamped.buffer()), (4, &report)];

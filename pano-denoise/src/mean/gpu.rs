@@ -5,10 +5,10 @@
 
 use super::{Params, Report};
 use crate::Energy;
-use crate::surfaces::gpu::{GpuSurfaces, SURFACES, inverse};
+use crate::surfaces::gpu::{ALBEDO, GpuSurfaces, SURFACES, inverse};
 use glam::Vec3;
 use pano_core::gpu::{
-    Constant, Gpu, GpuImage, GpuLayers, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization,
+    Constant, Gpu, GpuImage, GpuLayers, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization, flag,
 };
 use pano_core::image::{Image, RadianceImage};
 use pano_core::layers::TracedLayers;
@@ -32,6 +32,7 @@ pub static SHADER: Shader = Shader {
         SPHERE,
         IMAGE,
         SURFACES,
+        ALBEDO,
         Piece { text: include_str!("mean.wgsl"), constants: || vec![Constant::f32("SMALLEST", f32::MIN_POSITIVE)] },
     ],
     specializations: &[
@@ -68,7 +69,6 @@ pub fn filter(
     };
     let pass = |real: bool, layer: &GpuImage<Vec3>| -> GpuResult<GpuImage<Vec3>> {
         let filtered = gpu.image(rows)?;
-        let flag = |on: bool| f64::from(u8::from(on));
         let constants = [("WRAP", flag(params.wrap)), ("REAL", flag(real))];
         let buffers = [
             (1, layer.buffer()),

@@ -20,9 +20,6 @@ struct Mean {
 @group(0) @binding(0) var<uniform> params: Mean;
 @group(0) @binding(1) var<storage, read> layer: array<u32>;
 @group(0) @binding(2) var<storage, read> coverage: array<f32>;
-@group(0) @binding(3) var<storage, read> slope: array<f32>;
-@group(0) @binding(4) var<storage, read> normal: array<f32>;
-@group(0) @binding(5) var<storage, read> albedo: array<f32>;
 @group(0) @binding(6) var<storage, read> photo: array<f32>;
 // 1 where a penumbra is seen.
 @group(0) @binding(7) var<storage, read> penumbra: array<u32>;
@@ -30,18 +27,6 @@ struct Mean {
 
 fn layer_at(i: u32) -> vec3f {
     return vec3f(bitcast<f32>(layer[3u * i]), bitcast<f32>(layer[3u * i + 1u]), bitcast<f32>(layer[3u * i + 2u]));
-}
-
-fn slope_at(i: u32) -> vec3f {
-    return vec3f(slope[3u * i], slope[3u * i + 1u], slope[3u * i + 2u]);
-}
-
-fn normal_at(i: u32) -> vec3f {
-    return vec3f(normal[3u * i], normal[3u * i + 1u], normal[3u * i + 2u]);
-}
-
-fn albedo_at(i: u32) -> vec3f {
-    return vec3f(albedo[3u * i], albedo[3u * i + 1u], albedo[3u * i + 2u]);
 }
 
 fn share_at(i: u32) -> f32 {
@@ -61,20 +46,6 @@ fn base_at(i: u32) -> vec3f {
     let base = vec3f(photo[3u * i], photo[3u * i + 1u], photo[3u * i + 2u]);
     let finite = vec3<bool>(is_finite(base.x), is_finite(base.y), is_finite(base.z));
     return select(vec3f(0.0), min(base, vec3f(LARGEST)), finite & (base >= vec3f(SMALLEST)));
-}
-
-// -ln of the weight of the tap `place`, `offset` away from `p`.
-fn exponent_of(p: u32, place: Place, offset: vec2i) -> f32 {
-    let q = index_of(params.rows, place.texel);
-    let apart = albedo_at(p) - albedo_at(q);
-    if !is_finite3(apart) {
-        return FAR;
-    }
-    let surface = surface_exponent(
-        slope_at(p), slope_at(q), normal_at(p), normal_at(q), offset, place.over_pole, params.depth, params.normal,
-    );
-    let far = limited3(apart) * params.albedo;
-    return surface + 0.5 * (far_square(far.x) + far_square(far.y) + far_square(far.z));
 }
 
 @compute @workgroup_size(8, 8)
@@ -100,7 +71,7 @@ fn average(@builtin(global_invocation_id) id: vec3u) {
             if !place.exists || !counts(q) {
                 continue;
             }
-            let exponent = exponent_of(p, place, vec2i(dx, dy));
+            let exponent = colored_exponent_at(p, q, vec2i(dx, dy), place.over_pole);
             if exponent >= FAR {
                 continue;
             }

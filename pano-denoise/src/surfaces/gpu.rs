@@ -2,10 +2,12 @@
 
 use super::{MAX_DEPTH, MIN_DEPTH};
 use glam::Vec3;
-use pano_core::gpu::{Constant, Gpu, GpuImage, GpuResult, IMAGE, Kernel, NUMBER, Piece, SPHERE, Shader, Specialization};
+use pano_core::gpu::{Constant, Gpu, GpuImage, GpuResult, IMAGE, Kernel, NUMBER, Piece, SPHERE, Shader, Specialization, flag};
 
-/// Comparing pixels with their taps, for filters to include; it needs [`NUMBER`].
+/// Comparing pixels with their taps, for filters to include; it needs [`NUMBER`]. Slopes are bound at 3 and normals at 4.
 pub(crate) const SURFACES: Piece = Piece::plain(include_str!("surfaces.wgsl"));
+/// The same with base colours, which are bound at 5; it needs [`SURFACES`].
+pub(crate) const ALBEDO: Piece = Piece::plain(include_str!("albedo.wgsl"));
 
 /// `slopes.wgsl`.
 pub(crate) static SHADER: Shader = Shader {
@@ -42,7 +44,7 @@ impl<'a> GpuSurfaces<'a> {
         depth.check_like("normal layer", normal)?;
         let rows = depth.rows();
         let slope = gpu.image(rows)?;
-        let kernel = Kernel { shader: &SHADER, entry: "slopes", constants: &[("WRAP", f64::from(u8::from(wrap)))] };
+        let kernel = Kernel { shader: &SHADER, entry: "slopes", constants: &[("WRAP", flag(wrap))] };
         gpu.dispatch(&kernel, bytemuck::bytes_of(&rows), &[(1, depth.buffer()), (2, slope.buffer())], rows.groups())?;
         Ok(Self { slope, normal, wrap })
     }

@@ -1,4 +1,8 @@
-// What is seen at each pixel, as edge-stopping filters compare it: tangent planes in inverse depth, and normals.
+// What is seen at each pixel, as edge-stopping filters compare it: tangent planes in inverse depth, and normals. A filter that
+// includes this has `depth` and `normal` among its `params`: inverses of the sigmas, 0 for none.
+
+@group(0) @binding(3) var<storage, read> slope: array<f32>;
+@group(0) @binding(4) var<storage, read> normal: array<f32>;
 
 // -ln of a weight that counts as none: that of the smallest f64 above 0, so that the CPU agrees.
 const FAR: f32 = 745.0;
@@ -12,6 +16,14 @@ fn far_square(x: f32) -> f32 {
 // A vector of any length > 0 scaled so that its square is neither too large nor too small; zero stays zero.
 fn scaled(v: vec3f) -> vec3f {
     return v / max(max(abs(v.x), max(abs(v.y), abs(v.z))), 1e-37);
+}
+
+fn slope_at(i: u32) -> vec3f {
+    return vec3f(slope[3u * i], slope[3u * i + 1u], slope[3u * i + 2u]);
+}
+
+fn normal_at(i: u32) -> vec3f {
+    return vec3f(normal[3u * i], normal[3u * i + 1u], normal[3u * i + 2u]);
 }
 
 // -ln of the weight of a tap, `offset` away from the pixel: each must lie in the other's tangent plane, and their normals must
@@ -40,4 +52,11 @@ fn surface_exponent(a: vec3f, b: vec3f, n: vec3f, m: vec3f, offset: vec2i, over_
         }
     }
     return exponent;
+}
+
+// The same of the tap `q` for the pixel `p`.
+fn exponent_at(p: u32, q: u32, offset: vec2i, over_pole: bool) -> f32 {
+    return surface_exponent(
+        slope_at(p), slope_at(q), normal_at(p), normal_at(q), offset, over_pole, params.depth, params.normal,
+    );
 }

@@ -1,11 +1,9 @@
 //! The accumulation on the CPU, rayon over rows. Sums are `f64`, so that no finite input overflows.
 
 use super::{Guides, History, Params};
-use crate::{to_f32, to_vec3};
+use crate::{bright, texel_at, to_f32, to_vec3};
 use glam::{DVec3, Vec3};
-use pano_core::color::LUMINANCE_WEIGHTS;
 use pano_core::image::Image;
-use pano_core::sphere::wrap_texel;
 
 /// Half the side of the neighbourhood over which frames are compared.
 pub(super) const RADIUS: isize = 3;
@@ -116,7 +114,6 @@ fn finite(image: &Image<Vec3>, x: usize, y: usize) -> Option<DVec3> {
 
 /// What history knows of the point seen at `(x, y)`.
 fn recall(params: &Params, guides: &Guides<'_>, past: &History, x: usize, y: usize) -> Option<Known> {
-    let (width, height) = past.signal.size();
     let at = guides.previous.get(x, y) - 0.5;
     if !at.is_finite() || at.abs().max_element() > 1e6 {
         return None;
@@ -126,12 +123,8 @@ fn recall(params: &Params, guides: &Guides<'_>, past: &History, x: usize, y: usi
     for (dx, dy, weight) in
         [(0, 0, (1.0 - f.x) * (1.0 - f.y)), (1, 0, f.x * (1.0 - f.y)), (0, 1, (1.0 - f.x) * f.y), (1, 1, f.x * f.y)]
     {
-        let (tx, ty) = (base.x as isize + dx, base.y as isize + dy);
-        let inside = (0..width as isize).contains(&tx) && (0..height as isize).contains(&ty);
-        if weight <= 0.0 || !(inside || params.wrap) {
-            continue;
-        }
-        let (tx, ty) = wrap_texel(width, height, tx, ty);
+        let texel = texel_at(past.signal.size(), base.x as isize + dx, base.y as isize + dy, params.wrap);
+        let Some((tx, ty)) = texel.filter(|_| weight > 0.0) else { continue };
         if past.length.get(tx, ty) == 0
             || past.thing.get(tx, ty) != guides.thing.get(x, y)
             || !same_depth(guides.previous_depth.get(x, y), past.depth.get(tx, ty), params.depth)
@@ -168,16 +161,10 @@ fn around(
     radius: isize,
     value: impl Fn(usize, usize) -> Option<DVec3>,
 ) -> Statistics {
-    let (width, height) = guides.thing.size();
     let (thing, normal) = (guides.thing.get(x, y), guides.normal.get(x, y));
     let (mut sum, mut squares, mut bright_squares, mut count) = (DVec3::ZERO, DVec3::ZERO, 0.0, 0.0);
     for (dx, dy) in (-radius..=radius).flat_map(|dy| (-radius..=radius).map(move |dx| (dx, dy))) {
-        let (nx, ny) = (x as isize + dx, y as isize + dy);
-        let inside = (0..width as isize).contains(&nx) && (0..height as isize).contains(&ny);
-        if !(inside || params.wrap) {
-            continue;
-        }
-        let (nx, ny) = wrap_texel(width, height, nx, ny);
+        let Some((nx, ny)) = texel_at(guides.thing.size(), x as isize + dx, y as isize + dy, params.wrap) else { continue };
         if guides.thing.get(nx, ny) != thing || !same_normal(guides.normal.get(nx, ny), normal, params.normal) {
             continue;
         }
@@ -193,9 +180,4 @@ fn around(
     let mean = sum / count;
     let variance = (squares / count - mean * mean).max(DVec3::ZERO);
     Statistics { mean, variance, luminance_variance: (bright_squares / count - bright(mean).powi(2)).max(0.0), count }
-}
-
-/// Luminance of a value of any size or sign.
-fn bright(value: DVec3) -> f64 {
-    value.dot(LUMINANCE_WEIGHTS.as_dvec3())
 }

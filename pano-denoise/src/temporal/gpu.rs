@@ -6,7 +6,7 @@
 use super::{Guides, History, Params, cpu};
 use glam::{UVec2, Vec3, Vec4};
 use pano_core::gpu::{
-    COLOR, Constant, Gpu, GpuImage, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization,
+    COLOR, Constant, Gpu, GpuImage, GpuResult, IMAGE, Kernel, NUMBER, Piece, Rows, SPHERE, Shader, Specialization, flag,
 };
 use pano_core::image::Image;
 
@@ -30,9 +30,6 @@ pano_core::uniform! {
 
 /// Constants of `accumulate`: whether the picture wraps, there is a past, it is corrected, and variances are measured.
 const fn constants(wrap: bool, past: bool, clamped: bool, measured: bool) -> [(&'static str, f64); 4] {
-    const fn flag(on: bool) -> f64 {
-        if on { 1.0 } else { 0.0 }
-    }
     [("WRAP", flag(wrap)), ("HAS_PAST", flag(past)), ("CLAMPED", flag(clamped)), ("MEASURED", flag(measured))]
 }
 
@@ -76,6 +73,11 @@ pub static SHADER: Shader = Shader {
     ],
 };
 
+/// Normal and depth in one picture.
+fn upload_surface(gpu: &Gpu, normal: &Image<Vec3>, depth: &Image<f32>) -> GpuResult<GpuImage<Vec4>> {
+    gpu.upload(&Image::par_from_fn(depth.width(), depth.height(), |x, y| normal.get(x, y).extend(depth.get(x, y))))
+}
+
 /// What a frame shows, on the GPU: a part of the next frame's history.
 #[derive(Debug)]
 pub struct GpuSurface {
@@ -92,11 +94,10 @@ impl GpuSurface {
     /// What has become of the device.
     pub fn upload(gpu: &Gpu, guides: &Guides<'_>) -> GpuResult<Self> {
         let (w, h) = guides.depth.size();
-        let surface = Image::par_from_fn(w, h, |x, y| guides.normal.get(x, y).extend(guides.depth.get(x, y)));
         let sharp = |x, y| if guides.is_sharp(x, y) { SHARP } else { 0 };
         let level = |x, y| u32::from(guides.level(x, y)) << LEVEL;
         let thing = Image::from_fn(w, h, |x, y| guides.thing.get(x, y) & THING | level(x, y) | sharp(x, y));
-        Ok(Self { surface: gpu.upload(&surface)?, thing: gpu.upload(&thing)? })
+        Ok(Self { surface: upload_surface(gpu, guides.normal, guides.depth)?, thing: gpu.upload(&thing)? })
     }
 }
 
@@ -119,9 +120,9 @@ impl GpuPast {
     pub fn upload(gpu: &Gpu, past: &History) -> GpuResult<Self> {
         let (w, h) = past.signal.size();
         let value = Image::from_fn(w, h, |x, y| past.signal.get(x, y).extend(past.variance.get(x, y)));
-        let surface = Image::from_fn(w, h, |x, y| past.normal.get(x, y).extend(past.depth.get(x, y)));
         let thing = Image::from_fn(w, h, |x, y| UVec2::new(past.thing.get(x, y) & THING, past.length.get(x, y)));
-        Ok(Self { value: gpu.upload(&value)?, surface: gpu.upload(&surface)?, thing: gpu.upload(&thing)? })
+        let surface = upload_surface(gpu, &past.normal, &past.depth)?;
+        Ok(Self { value: gpu.upload(&value)?, surface, thing: gpu.upload(&thing)? })
     }
 }
 

@@ -88,7 +88,8 @@ impl Filters<'_> {
         let params = temporal::Params { wrap: self.wrap, ..temporal::Params::default() };
         let few = self.samples < SAMPLES_WITH_VARIANCE;
         let mut variance = self.device.accumulate(self.stage, &params, &guides, measured.filter(|_| !few), signal, history)?;
-        let frames = |i: usize| history.as_ref().map_or(0, |h| h.length().data()[i]);
+        let length = history.as_ref().map(temporal::History::length);
+        let frames = |i: usize| length.map_or(0, |length| length.data()[i]);
         if few {
             let rough = variance.data_mut().iter_mut().enumerate().filter(|(i, _)| !self.buffer.smooth.data()[*i]);
             for (i, variance) in rough {
@@ -106,15 +107,21 @@ impl Filters<'_> {
     }
 
     /// The à-trous filter with this [`atrous::Params::sigma_luminance`].
-    fn spread_by(&mut self, sigma_luminance: f32, noise: &mut Noise, signal: &mut Image<Vec3>) -> Result<()> {
+    fn spread_by(
+        &mut self,
+        sigma_luminance: f32,
+        share: &Image<f32>,
+        mut variance: Image<f32>,
+        signal: &mut Image<Vec3>,
+    ) -> Result<()> {
         let guides = atrous::Guides { depth: &self.buffer.depth, normal: &self.buffer.normal };
         let params = atrous::Params { wrap: self.wrap, sigma_luminance, ..atrous::Params::default() };
-        self.device.spread(self.stage, &params, &guides, &noise.share, &mut noise.variance, signal)
+        self.device.spread(self.stage, &params, &guides, share, &mut variance, signal)
     }
 
     /// The filter for what many paths bring.
-    pub(super) fn spread(&mut self, mut noise: Noise, signal: &mut Image<Vec3>) -> Result<()> {
-        self.spread_by(atrous::Params::default().sigma_luminance, &mut noise, signal)
+    pub(super) fn spread(&mut self, noise: Noise, signal: &mut Image<Vec3>) -> Result<()> {
+        self.spread_by(atrous::Params::default().sigma_luminance, &noise.share, noise.variance, signal)
     }
 
     /// The filter for the objects' radiance: a mirror image is sharp from the first sample on.
@@ -124,7 +131,7 @@ impl Filters<'_> {
             let share = Image::from_fn(signal.width(), signal.height(), share);
             if share.data().iter().any(|&s| s > 0.0) {
                 let sigma = atrous::Params::default().sigma_luminance * if smooth { MIRROR_NOISE } else { 1.0 };
-                self.spread_by(sigma, &mut Noise { share, variance: noise.variance.clone() }, signal)?;
+                self.spread_by(sigma, &share, noise.variance.clone(), signal)?;
             }
         }
         Ok(())
@@ -146,20 +153,21 @@ impl Filters<'_> {
         if self.samples >= SAMPLES_WITH_VARIANCE {
             return Ok(());
         }
-        let mut excess = change.clone();
+        let (mut excess, mut any) = (change.clone(), false);
         for (i, (value, excess)) in change.data_mut().iter_mut().zip(excess.data_mut()).enumerate() {
             let (share, all) = (part.data()[i], all.data()[i]);
             let limit = if all > 0.0 { CAUSTIC * luminance(known.data()[i]) * share / all } else { f32::INFINITY };
             let bright = luminance(*value).abs();
             if bright > limit {
                 *value *= limit / bright;
+                any = true;
             }
             *excess -= *value;
         }
-        self.spread_excess(part, excess, change)
+        if any { self.spread_excess(part, excess, change) } else { Ok(()) }
     }
 
-    /// The same for the objects' radiance, which loses its base colour.
+    /// Takes the fireflies of the objects' radiance, which loses its base colour, and spreads their light where surfaces are rough.
     pub(super) fn tame_seen(&mut self, seen: &mut VirtualEstimate, warnings: &mut Vec<String>) -> Result<()> {
         let rough = |i: usize| !self.buffer.smooth.data()[i];
         for (i, radiance) in seen.radiance.data_mut().iter_mut().enumerate() {
@@ -178,7 +186,8 @@ impl Filters<'_> {
         }
     }
 
-    /// Clamps fireflies and adds what was taken to the pixels that `may_spread`, spread over the surface: it is light all the same.
+    /// Clamps fireflies and spreads what was taken over the surface where it may be: it is light all the same. What is taken
+    /// elsewhere is lost, and told.
     fn tame(
         &mut self,
         layer: &str,
@@ -187,32 +196,6 @@ impl Filters<'_> {
         may_spread: impl Fn(usize) -> bool,
         warnings: &mut Vec<String>,
     ) -> Result<()> {
-        match self.clamp_fireflies(layer, share, signal, may_spread, warnings)? {
-            Some(excess) => self.spread_excess(share, excess, signal),
-            None => Ok(()),
-        }
-    }
-
-    /// Adds `excess` to the signal, spread over the surface.
-    fn spread_excess(&mut self, share: &Image<f32>, mut excess: Image<Vec3>, signal: &mut Image<Vec3>) -> Result<()> {
-        let variance = Image::filled(share.width(), share.height(), 1.0);
-        self.spread_by(ANY, &mut Noise { share: share.clone(), variance }, &mut excess)?;
-        for (value, excess) in signal.data_mut().iter_mut().zip(excess.data()) {
-            *value += *excess;
-        }
-        Ok(())
-    }
-
-    /// Clamps fireflies, and returns what was taken where it may be spread over the surface; `None` if that is nothing. What
-    /// is taken elsewhere is lost, and told.
-    fn clamp_fireflies(
-        &mut self,
-        layer: &str,
-        share: &Image<f32>,
-        signal: &mut Image<Vec3>,
-        may_spread: impl Fn(usize) -> bool,
-        warnings: &mut Vec<String>,
-    ) -> Result<Option<Image<Vec3>>> {
         let params = firefly::Params { wrap: self.wrap, ..firefly::Params::default() };
         let mut excess = signal.clone();
         let clamped = self.device.clamp_fireflies(self.stage, &params, share, signal)?;
@@ -231,7 +214,17 @@ impl Filters<'_> {
             let share = 100.0 * lost / clamped.before;
             warnings.push(format!("clamping fireflies took {share:.1} % of the {layer} layer's light, off smooth surfaces"));
         }
-        Ok(spread.then_some(excess))
+        if spread { self.spread_excess(share, excess, signal) } else { Ok(()) }
+    }
+
+    /// Adds `excess` to the signal, spread over the surface.
+    fn spread_excess(&mut self, share: &Image<f32>, mut excess: Image<Vec3>, signal: &mut Image<Vec3>) -> Result<()> {
+        let variance = Image::filled(share.width(), share.height(), 1.0);
+        self.spread_by(ANY, share, variance, &mut excess)?;
+        for (value, excess) in signal.data_mut().iter_mut().zip(excess.data()) {
+            *value += *excess;
+        }
+        Ok(())
     }
 }
 

@@ -114,15 +114,10 @@ impl GpuTlas {
     /// As [`Self::new`].
     pub(crate) fn of(gpu: &Gpu, hierarchies: &[&Tlas]) -> GpuResult<Self> {
         let mut flat = flatten::flatten(hierarchies);
-        // Nothing can be bound of nothing; without a root nobody looks at it.
-        if flat.instances.is_empty() {
-            (flat.nodes, flat.triangles, flat.instances) =
-                (vec![Zeroable::zeroed()], vec![Zeroable::zeroed()], vec![Zeroable::zeroed()]);
-        }
-        // Faces without an area are in no tree.
-        if flat.triangles.is_empty() {
-            flat.triangles.push(Zeroable::zeroed());
-        }
+        // Nothing can be bound of nothing; nobody looks at it. Faces without an area are in no tree.
+        one_at_least(&mut flat.nodes);
+        one_at_least(&mut flat.triangles);
+        one_at_least(&mut flat.instances);
         Ok(Self {
             nodes: gpu.upload_slice(&flat.nodes)?,
             triangles: gpu.upload_slice(&flat.triangles)?,
@@ -178,4 +173,10 @@ impl GpuTlas {
 /// Structures that Rust fills, with the shader that declares each.
 pub(crate) fn layouts() -> Vec<(&'static Shader, pano_core::gpu::Layout)> {
     [Node::LAYOUT, Triangle::LAYOUT, Instance::LAYOUT, Rays::LAYOUT].map(|layout| (&SHADER, layout)).to_vec()
+}
+
+fn one_at_least<T: Zeroable>(values: &mut Vec<T>) {
+    if values.is_empty() {
+        values.push(Zeroable::zeroed());
+    }
 }

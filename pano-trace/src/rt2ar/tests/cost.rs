@@ -41,7 +41,6 @@ fn pixels_that_nothing_changes_cost_one_look_and_no_shadow_ray() {
     let pixels = (SIZE * SIZE) as u64;
     let primary = out.traced.rays - out.shadow_rays;
     let touched = out.shadows[0].data().iter().filter(|s| **s < 1.0).count() as u64;
-    println!("{primary} rays, {} shadow rays, {touched} of {pixels} pixels in shadow", out.shadow_rays);
     assert!((1..20).contains(&touched) && primary < pixels + pixels / 4, "{primary} rays for {pixels} pixels");
     assert!(out.shadow_rays < pixels, "{} shadow rays", out.shadow_rays);
 }

@@ -21,7 +21,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use pano_core::distribution::gpu::DISTRIBUTION;
 use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, IMAGE, Kernel, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader};
-use pano_core::gpu::{Layout, Specialization, WORDS};
+use pano_core::gpu::{Layout, Specialization, WORDS, flag};
 use pano_core::progress::Progress;
 
 /// Scattering events of one submission, over all pixels and samples: a million rays or so, some ten milliseconds of a slow GPU.
@@ -237,7 +237,6 @@ fn overrides(objects: &Objects, world: &ProxyWorld, params: &TraceParams) -> Vec
         Mis::LightOnly => 1,
         Mis::BsdfOnly => 2,
     };
-    let flag = |on: bool| f64::from(u8::from(on));
     vec![
         ("METHOD", f64::from(method)),
         ("MIS", f64::from(mis)),
