@@ -2,6 +2,7 @@
 
 pub mod bsdf;
 pub mod bvh;
+mod cone;
 mod directions;
 pub mod iprt;
 pub mod mr360;

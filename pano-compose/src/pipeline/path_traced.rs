@@ -2,7 +2,7 @@
 
 use super::device::Device;
 use super::frame::{Filtered, Frame, View};
-use super::view::{rescale_delta, rescale_error};
+use super::view::{leave_no_less_than_black, rescale_delta, rescale_error};
 use super::world::tracer_method;
 use super::{Clock, Error, Result, World};
 use crate::plan::EffectPlan;
@@ -76,6 +76,7 @@ pub(super) fn trace(
     }
     if frame.options.denoise && !frame.objects.is_empty() {
         progress.begin("denoise", 1);
+        leave_no_less_than_black(&mut layers, &view.photo);
         let wrap = frame.camera.projection == Projection::Panorama;
         let params = cross_bilateral::Params { wrap, delta_passes: frame.options.settings.delta_passes, ..Default::default() };
         let report = device.denoise(&params, &mut layers)?;

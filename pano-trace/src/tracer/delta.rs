@@ -14,8 +14,9 @@ use super::path::{First, Scene};
 use super::{Mis, Tracer, Walk};
 use crate::bsdf::concentric_disc;
 use crate::bvh::Ray;
+use crate::cone::Cone;
 use crate::objects::{Ball, MAX_CLUSTERS};
-use crate::world::{LightSample, RealHit, RealWorld};
+use crate::world::{LightSample, LightTarget, RealHit, RealWorld};
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
@@ -30,34 +31,18 @@ pub(super) const LEAST_EFFORT_ONCE: f32 = 0.5;
 /// How often the second order is sampled: it is small, and smooth.
 pub(super) const SECOND_ORDER_EFFORT: f32 = 0.25;
 
-/// How much larger, in solid angle, a cone is than the ball it is aimed at. Directions that meet the ball lie inside by more than
-/// rounding can move them, so that none of them is without density; what lies at the rim meets nothing.
-pub(super) const MARGIN: f32 = 1.01;
-/// Narrower cones are widened to this sin²: 10⁻⁴ rad, of which rounding of a direction is a thousandth.
-pub(super) const NARROWEST: f32 = 1e-8;
-
-/// The directions in which a ball is seen.
+/// A cone that holds objects.
 #[derive(Clone, Copy)]
-struct Cone {
-    axis: Vec3,
-    /// 1 − cos of its half angle, which for narrow cones is lost in the cosine itself.
-    cap: f32,
+struct Target {
+    cone: Cone,
     /// Probability of being chosen, divided by the solid angle.
     density: f32,
     probability: f32,
 }
 
-impl Cone {
-    /// By the chord between direction and axis: its square is 2·(1 − cos), and exact where the cosine is not.
-    #[inline]
-    fn contains(&self, d: Vec3) -> bool {
-        (d - self.axis).length_squared() <= 2.0 * self.cap
-    }
-}
-
 /// Where the objects are, seen from a point.
 struct Aim {
-    cones: [Cone; MAX_CLUSTERS],
+    targets: [Target; MAX_CLUSTERS],
     count: usize,
     /// The point lies inside the bounds of an object: any direction may meet it.
     inside: bool,
@@ -67,36 +52,29 @@ struct Aim {
 
 impl Aim {
     fn new(balls: &[Ball], x: Vec3, normal: Vec3) -> Self {
-        let none = Cone { axis: Vec3::Y, cap: 0.0, density: 0.0, probability: 0.0 };
-        let mut aim = Self { cones: [none; MAX_CLUSTERS], count: 0, inside: false, form_factor: 0.0 };
+        let none = Target { cone: Cone { axis: Vec3::Y, cap: 0.0 }, density: 0.0, probability: 0.0 };
+        let mut aim = Self { targets: [none; MAX_CLUSTERS], count: 0, inside: false, form_factor: 0.0 };
         let mut total = 0.0;
         for ball in balls {
             let form_factor = ball.form_factor(x, normal);
             if form_factor <= 0.0 {
                 continue;
             }
-            let to = ball.center - x;
-            let d2 = to.length_squared();
-            let r2 = ball.radius * ball.radius;
-            // Close to the ball the cone is nearly the hemisphere, and the cosine does as well.
-            if d2 <= 1.05 * r2 {
+            // Close to the ball the cosine does as well.
+            let Some(cone) = Cone::around(ball, x) else {
                 aim.inside = true;
                 continue;
-            }
-            let sin2 = (MARGIN * r2 / d2).max(NARROWEST);
-            let axis = to / d2.sqrt();
-            let facing = form_factor * d2 / r2;
-            // 1 − cos without cancellation.
-            let cap = sin2 / (1.0 + (1.0 - sin2).sqrt());
-            let probability = cap * facing;
+            };
+            let facing = form_factor * ball.center.distance_squared(x) / (ball.radius * ball.radius);
+            let probability = cone.cap * facing;
             aim.form_factor += form_factor;
-            aim.cones[aim.count] = Cone { axis, cap, density: facing / TAU, probability };
+            aim.targets[aim.count] = Target { cone, density: facing / TAU, probability };
             aim.count += 1;
             total += probability;
         }
-        for cone in &mut aim.cones[..aim.count] {
-            cone.probability /= total;
-            cone.density /= total;
+        for target in &mut aim.targets[..aim.count] {
+            target.probability /= total;
+            target.density /= total;
         }
         aim
     }
@@ -107,32 +85,25 @@ impl Aim {
 
     #[inline]
     fn pdf(&self, d: Vec3) -> f32 {
-        self.cones[..self.count].iter().filter(|c| c.contains(d)).map(|c| c.density).sum()
+        self.targets[..self.count].iter().filter(|t| t.cone.contains(d)).map(|t| t.density).sum()
     }
 
     #[inline]
     fn meets(&self, d: Vec3) -> bool {
-        self.inside || self.cones[..self.count].iter().any(|c| c.contains(d))
+        self.inside || self.targets[..self.count].iter().any(|t| t.cone.contains(d))
     }
 
     #[inline]
     fn sample(&self, at: Vec2, mut pick: f32) -> Vec3 {
-        let mut chosen = self.cones[self.count - 1];
-        for cone in &self.cones[..self.count] {
-            if pick < cone.probability {
-                chosen = *cone;
+        let mut chosen = self.targets[self.count - 1];
+        for target in &self.targets[..self.count] {
+            if pick < target.probability {
+                chosen = *target;
                 break;
             }
-            pick -= cone.probability;
+            pick -= target.probability;
         }
-        // Uniform over the cap: the disc's radius squared is uniform, and so is the height.
-        let disc = concentric_disc(at);
-        let r2 = disc.length_squared();
-        let height = chosen.cap * r2;
-        let sin = (height * (2.0 - height)).max(0.0).sqrt();
-        let scale = if r2 > 0.0 { sin / r2.sqrt() } else { 0.0 };
-        let (t, b) = chosen.axis.any_orthonormal_pair();
-        (t * (disc.x * scale) + b * (disc.y * scale) + chosen.axis * (1.0 - height)).normalize()
+        chosen.cone.sample(at)
     }
 }
 
@@ -244,12 +215,22 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         }
         let ray = Ray::new(point.x, d);
         walk.rays += 1;
-        // What lies behind the light blocks none of it.
-        if !self.objects.occluded(&ray.up_to(sample.target.map_or(f32::INFINITY, |target| target.distance(point.x)))) {
+        // What lies behind the light blocks none of it; where that is, is not known of a sample aimed at anything.
+        let end = match sample.target {
+            LightTarget::Surface(target) => target.distance(point.x),
+            LightTarget::Infinity | LightTarget::Anything => f32::INFINITY,
+        };
+        if !self.objects.occluded(&ray.up_to(end)) {
             return Vec3::ZERO;
         }
         walk.rays += 1;
         let Some(behind) = self.world.reach(&ray, sample) else { return Vec3::ZERO };
+        if let (LightTarget::Anything, Some(behind)) = (sample.target, &behind) {
+            walk.rays += 1;
+            if !self.objects.occluded(&ray.up_to(behind.t)) {
+                return Vec3::ZERO;
+            }
+        }
         let blocked = self.real_light(&ray, behind.as_ref(), point.bounces - 1, walk);
         -blocked * (cos * self.weights(point, d, cos, behind.as_ref()).blocked)
     }
@@ -349,7 +330,7 @@ mod tests {
             let ball = Ball { center: axis * distance, radius };
             let aim = Aim::new(&[ball], Vec3::ZERO, Vec3::Y);
             prop_assume!(!aim.inside);
-            prop_assert!(aim.count == 1 && aim.cones[0].cap > 0.0);
+            prop_assert!(aim.count == 1 && aim.targets[0].cone.cap > 0.0);
             let drawn = aim.sample(Vec2::from_array(at), 0.5);
             // Over the ball's disc, up to its rim.
             let disc = concentric_disc(Vec2::from_array(at));
@@ -357,8 +338,8 @@ mod tests {
             let met = (ball.center + (t * disc.x + b * disc.y) * radius * (1.0 - (radius / distance).powi(2)).sqrt()).normalize();
             prop_assert!(aim.meets(met) && aim.pdf(met) > 0.0, "{met}");
             // The solid angle of the cone times its density is 1.
-            prop_assert!((aim.pdf(met) * TAU * aim.cones[0].cap - 1.0).abs() < 1e-4, "{}", aim.pdf(met));
-            let inner = (drawn - axis).length_squared() < 1.99 * aim.cones[0].cap;
+            prop_assert!((aim.pdf(met) * TAU * aim.targets[0].cone.cap - 1.0).abs() < 1e-4, "{}", aim.pdf(met));
+            let inner = (drawn - axis).length_squared() < 1.99 * aim.targets[0].cone.cap;
             prop_assert!(!inner || aim.pdf(drawn) == aim.pdf(met), "{drawn}");
         }
     }

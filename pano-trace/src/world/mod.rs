@@ -45,8 +45,19 @@ pub struct RealHit {
 pub struct LightSample {
     /// Unit direction.
     pub direction: Vec3,
-    /// Where the light was aimed at; `None` at infinity.
-    pub target: Option<Vec3>,
+    /// What the sample was aimed at.
+    pub target: LightTarget,
+}
+
+/// What a light sample is aimed at: it counts only if that is what lies there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightTarget {
+    /// Infinity.
+    Infinity,
+    /// The surface at that point.
+    Surface(Vec3),
+    /// Whatever comes first.
+    Anything,
 }
 
 /// A panorama seen as light from infinity.

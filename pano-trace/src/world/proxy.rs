@@ -1,6 +1,6 @@
 //! Known real geometry under an environment at infinity.
 
-use super::{Environment, LightSample, RealHit, RealWorld};
+use super::{Environment, LightSample, LightTarget, RealHit, RealWorld};
 use crate::bvh::{Ray, Tlas, offset_point};
 use crate::objects::PreparedMesh;
 use glam::{Affine3A, Quat, Vec2, Vec3};
@@ -179,7 +179,7 @@ impl RealWorld for ProxyWorld {
 
     #[inline]
     fn sample_light(&self, _from: Vec3, u: Vec2) -> Option<LightSample> {
-        Some(LightSample { direction: self.environment().sample(u)?, target: None })
+        Some(LightSample { direction: self.environment().sample(u)?, target: LightTarget::Infinity })
     }
 
     #[inline]

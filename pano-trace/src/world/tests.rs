@@ -86,7 +86,7 @@ fn of_layers_the_nearest_counts_and_the_first_tells_infinity() {
     assert!(world.pictured(&on_floor).unwrap().abs_diff_eq(floor_color(on_floor.position), 0.02));
     assert_eq!(world.infinity(Vec3::Y), Vec3::splat(7.0));
     // Light from the sky reaches the floor, except below the shelf.
-    let sample = LightSample { direction: Vec3::Y, target: None };
+    let sample = LightSample { direction: Vec3::Y, target: LightTarget::Infinity };
     for (x, reached) in [(1.6, true), (0.9, false)] {
         let ray = Ray::new(Vec3::new(x, 0.1, 0.2), Vec3::Y);
         assert_eq!(world.reach(&ray, &sample).is_some(), reached, "{x}");

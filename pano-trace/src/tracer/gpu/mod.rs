@@ -8,11 +8,12 @@
 
 mod scene;
 
-use super::delta::{FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE, MARGIN, NARROWEST, SECOND_ORDER_EFFORT};
+use super::delta::{FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE, SECOND_ORDER_EFFORT};
 use super::path::ROULETTE_FROM;
 use super::{Frame, Method, Mis, Pixel, TraceParams, Traced, layers};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
 use crate::bvh::gpu::TRAVERSAL;
+use crate::cone::{MARGIN, NARROWEST};
 use crate::objects::gpu::OBJECTS;
 use crate::objects::{MAX_CLUSTERS, Objects};
 use crate::world::gpu::{PROXIES, World};

@@ -1,6 +1,6 @@
 //! Irradiance of the captured surfaces, from which their reflectance follows: ρ = π·L/E.
 
-use super::{CapturedOptions, CapturedWorld};
+use super::{Back, CapturedOptions, CapturedWorld};
 use crate::bsdf::concentric_disc;
 use crate::bvh::Ray;
 use crate::objects::Ball;
@@ -33,20 +33,25 @@ const REFINEMENT: usize = 4;
 const INFLUENCE: f32 = 1e-2;
 
 impl IrradianceMap {
-    pub(super) fn new(world: &CapturedWorld, balls: &[Ball], options: &CapturedOptions, progress: &dyn Progress) -> Option<Self> {
-        let fine_width = options.irradiance_width.max(2);
-        let coarse_width = (fine_width / REFINEMENT).max(2);
-        progress.begin("irradiance", (coarse_width / 2 + fine_width / 2) as u64);
-        let coarse = measure_grid(world, coarse_width, options.irradiance_samples, progress, |_| true);
-        let fine = measure_grid(world, fine_width, options.irradiance_samples, progress, |hit| {
+    /// A coarse map, in which back faces are as bright as the map tells that `world` already has.
+    pub(super) fn coarse(world: &CapturedWorld, options: &CapturedOptions, progress: &dyn Progress) -> Option<Self> {
+        let width = (options.irradiance_width / REFINEMENT).max(2);
+        let coarse = measure_grid(world, width, options.irradiance_samples, progress, |_| true)?;
+        Some(Self { coarse, fine: Image::filled(2, 1, Texel::default()) })
+    }
+
+    /// The same with what is fine, near `balls`.
+    pub(super) fn refined(
+        self,
+        world: &CapturedWorld,
+        balls: &[Ball],
+        options: &CapturedOptions,
+        progress: &dyn Progress,
+    ) -> Option<Self> {
+        let fine = measure_grid(world, options.irradiance_width.max(2), options.irradiance_samples, progress, |hit| {
             balls.iter().map(|ball| ball.form_factor(hit.position, hit.normal)).sum::<f32>() > INFLUENCE
-        });
-        if progress.cancelled() {
-            return None;
-        }
-        // Holes of 1, 2 and 4 texels: 29 texels wide in all, about 5° of the fine grid.
-        let smooth = |grid: Image<Texel>| [1, 2, 4].into_iter().fold(grid, |grid, step| smoothed(&grid, step));
-        Some(Self { coarse: smooth(coarse), fine: smooth(fine) })
+        })?;
+        Some(Self { fine, ..self })
     }
 
     /// Irradiance at `position` (panorama frame) on a surface with `normal`.
@@ -111,13 +116,15 @@ fn smoothed(grid: &Image<Texel>, step: isize) -> Image<Texel> {
     })
 }
 
+/// A grid of `width` columns, filtered; only what is `wanted` is measured. `None` if `progress` cancels.
 fn measure_grid(
     world: &CapturedWorld,
     width: usize,
     samples: u32,
     progress: &dyn Progress,
     wanted: impl Fn(&RealHit) -> bool + Sync,
-) -> Image<Texel> {
+) -> Option<Image<Texel>> {
+    progress.begin("irradiance", (width / 2) as u64);
     let size = (width, (width / 2).max(1));
     let mut texels = Image::filled(size.0, size.1, Texel::default());
     texels.data_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
@@ -131,7 +138,9 @@ fn measure_grid(
         }
         progress.advance(1);
     });
-    texels
+    // Holes of 1, 2 and 4 texels: 29 texels wide in all, about 20° of the fine grid.
+    let smooth = |grid: Image<Texel>| [1, 2, 4].into_iter().fold(grid, |grid, step| smoothed(&grid, step));
+    (!progress.cancelled()).then(|| smooth(texels))
 }
 
 /// 1 for a texel in the plane through `position`, falling to 0 off it (2 % of the distance) and for turned normals.
@@ -148,7 +157,7 @@ fn measure(world: &CapturedWorld, hit: &RealHit, at: UVec2, samples: u32) -> Tex
     let mut sum = Vec3::ZERO;
     for i in 0..samples {
         // A stream of its own: frame number −1 is no frame.
-        sum += estimate(world, hit, &mut Sampler::new(at, i, Stream { frame: u32::MAX, seed: 0 }));
+        sum += estimate(world, hit, Back::Lit, &mut Sampler::new(at, i, Stream { frame: u32::MAX, seed: 0 }));
     }
     let turn = world.world_from_pano.inverse();
     Texel {
@@ -159,8 +168,8 @@ fn measure(world: &CapturedWorld, hit: &RealHit, at: UVec2, samples: u32) -> Tex
     }
 }
 
-/// One estimate of the irradiance at `hit`, by a pair of rays: cosine and light sampling, joined by the balance heuristic.
-pub(super) fn estimate(world: &CapturedWorld, hit: &RealHit, sampler: &mut Sampler) -> Vec3 {
+/// One estimate of the irradiance at `hit`, back faces as bright as told, by a pair of rays: cosine and light sampling, joined by the balance heuristic.
+pub(super) fn estimate(world: &CapturedWorld, hit: &RealHit, back: Back, sampler: &mut Sampler) -> Vec3 {
     let from = world.leave(hit);
     let (tangent, bitangent) = hit.normal.any_orthonormal_pair();
     let arriving = |d: Vec3, light: Option<&super::LightSample>| {
@@ -170,8 +179,8 @@ pub(super) fn estimate(world: &CapturedWorld, hit: &RealHit, sampler: &mut Sampl
         }
         let ray = Ray::new(from, d);
         let reached = match light {
-            Some(sample) => world.reach(&ray, sample),
-            None => Some(world.nearest(&ray).map(|(hit, _)| hit)),
+            Some(sample) => world.reach_by(&ray, sample, back),
+            None => Some(world.nearest_by(&ray, back)),
         };
         let Some(behind) = reached else { return Vec3::ZERO };
         let radiance = behind.as_ref().and_then(|b| b.radiance).unwrap_or_else(|| world.infinity(d));

@@ -4,13 +4,15 @@
 mod hidden;
 mod infinity;
 mod irradiance;
+mod lamps;
 
-use super::{Environment, LightSample, RealHit, RealWorld, proxy::reflectance_from};
+use super::{Environment, LightSample, LightTarget, RealHit, RealWorld, proxy::reflectance_from};
 use crate::bvh::Ray;
 use crate::objects::Ball;
 use crate::prt::{DepthField, FieldHit, FieldOptions, HiddenSide};
 use glam::{Quat, Vec2, Vec3};
 use irradiance::IrradianceMap;
+use lamps::Lamps;
 use pano_core::{color, distribution::SphereDistribution, image::Image, image::RadianceImage, progress::Progress, sphere};
 use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
@@ -57,6 +59,15 @@ pub(super) const AT_CAPTURE: f32 = 1e-4;
 /// exactly, so this only has to cover rounding.
 pub(super) const LEAVE: f32 = 5e-4;
 
+/// How bright a back face is that a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Back {
+    /// As its front.
+    AsFront,
+    /// As its front's material is in the light that it faces itself.
+    Lit,
+}
+
 /// A panorama with depth as a world of rays.
 #[derive(Clone, Debug)]
 pub struct CapturedWorld {
@@ -65,6 +76,7 @@ pub struct CapturedWorld {
     world_from_pano: Quat,
     capture: Vec3,
     light: Option<SphereDistribution>,
+    lamps: Lamps,
     /// What infinity shows, also where the panorama shows something else; `None`: the panorama has depth everywhere.
     infinity: Option<RadianceImage>,
     irradiance: Option<IrradianceMap>,
@@ -88,20 +100,27 @@ impl CapturedWorld {
         options: &CapturedOptions,
         progress: &dyn Progress,
     ) -> Option<Self> {
-        let light = SphereDistribution::new(&reduced_luminance(&radiance));
+        let luminance = reduced_luminance(&radiance);
+        let field = DepthField::new(depth, &options.field);
         let mut world = Self {
-            field: DepthField::new(depth, &options.field),
+            lamps: if options.field.back_faces { Lamps::find(&luminance, &field) } else { Lamps::default() },
+            field,
             infinity: infinity::what_infinity_shows(&radiance, depth),
             radiance,
             world_from_pano,
             capture,
-            light,
+            light: SphereDistribution::new(&luminance),
             irradiance: None,
             cap: options.reflectance_cap,
             hidden_samples: options.hidden_samples,
         };
         if options.irradiance_width > 0 {
-            world.irradiance = Some(IrradianceMap::new(&world, objects, options, progress)?);
+            let coarse = |world: &Self| IrradianceMap::coarse(world, options, progress);
+            if options.field.back_faces {
+                // What back faces send out needs a map, and the map needs them.
+                world.irradiance = Some(coarse(&world)?);
+            }
+            world.irradiance = Some(coarse(&world)?.refined(&world, objects, options, progress)?);
         }
         Some(world)
     }
@@ -163,6 +182,55 @@ impl CapturedWorld {
         let normal = self.world_from_pano * hit.normal;
         let radiance = Some(self.shown(shown, hit.at_gap));
         Some((RealHit { t: hit.t, position: ray.at(hit.t), normal, facet: normal, surface, radiance }, Some(hit)))
+    }
+
+    /// [`Self::nearest`], its back faces as bright as told.
+    #[inline]
+    fn nearest_by(&self, ray: &Ray, back: Back) -> Option<RealHit> {
+        let (hit, met) = self.nearest(ray)?;
+        match (back, met.and_then(|m| m.hidden_side)) {
+            (Back::Lit, Some(HiddenSide::BackFace(q))) => Some(RealHit { radiance: Some(self.relit(&hit, q)), ..hit }),
+            _ => Some(hit),
+        }
+    }
+
+    /// [`RealWorld::reach`], back faces as bright as told.
+    #[inline]
+    fn reach_by(&self, ray: &Ray, sample: &LightSample, back: Back) -> Option<Option<RealHit>> {
+        let behind = self.nearest_by(ray, back);
+        let reached = match (sample.target, &behind) {
+            (LightTarget::Anything, _) | (LightTarget::Infinity, None) => true,
+            (LightTarget::Surface(target), Some(hit)) if hit.surface == SEEN => {
+                // The same patch of the surface, up to rounding.
+                let tolerance = 1e-3 * (hit.t + (target - self.capture).length());
+                target.distance_squared(hit.position) < tolerance * tolerance
+            }
+            _ => false,
+        };
+        reached.then_some(behind)
+    }
+
+    /// Density per steradian of aiming at light that the panorama has seen.
+    fn panorama_pdf(&self, direction: Vec3, behind: Option<&RealHit>) -> f32 {
+        let Some(light) = &self.light else { return 0.0 };
+        match behind {
+            None => {
+                // Only what the panorama sees of infinity is aimed at.
+                let d = self.world_from_pano.inverse() * direction;
+                if self.field.inverse_distance(d) <= 0.0 { light.pdf(d) } else { 0.0 }
+            }
+            Some(hit) if hit.surface == HIDDEN_SIDE => 0.0,
+            Some(hit) => {
+                // Density per steradian at the capture point, per area there, per steradian here.
+                let at = self.to_pano(hit.position);
+                let r2 = at.length_squared();
+                let seen = at / r2.sqrt();
+                let cos_capture = (self.world_from_pano * seen).dot(hit.facet).abs();
+                let cos_here = direction.dot(hit.facet).abs().max(1e-6);
+                let pdf = light.pdf(seen) * hit.t * hit.t * cos_capture / (r2 * cos_here);
+                if pdf.is_finite() { pdf } else { 0.0 }
+            }
+        }
     }
 
     /// Radiance shown at a point; across a gap the nearest texel's, never a mixture of front and back.
@@ -253,51 +321,36 @@ impl RealWorld for CapturedWorld {
 
     #[inline]
     fn sample_light(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
+        let from_pano = self.to_pano(from);
+        let at_lamps = self.lamps.share(from_pano);
+        if u.x < at_lamps {
+            let direction = self.lamps.sample(from_pano, Vec2::new(u.x / at_lamps, u.y))?;
+            return Some(LightSample { direction: self.world_from_pano * direction, target: LightTarget::Anything });
+        }
+        let u = Vec2::new((u.x - at_lamps) / (1.0 - at_lamps), u.y);
         let direction = self.light.as_ref()?.sample(u)?.direction;
         let inverse = self.field.inverse_distance(direction);
         if inverse <= 0.0 {
-            return Some(LightSample { direction: self.world_from_pano * direction, target: None });
+            return Some(LightSample { direction: self.world_from_pano * direction, target: LightTarget::Infinity });
         }
         let target = self.capture + self.world_from_pano * (direction / inverse);
-        Some(LightSample { direction: (target - from).try_normalize()?, target: Some(target) })
+        Some(LightSample { direction: (target - from).try_normalize()?, target: LightTarget::Surface(target) })
     }
 
     #[inline]
-    fn light_pdf(&self, _from: Vec3, direction: Vec3, behind: Option<&RealHit>) -> f32 {
-        let Some(light) = &self.light else { return 0.0 };
-        match behind {
-            None => {
-                // Only what the panorama sees of infinity is aimed at.
-                let d = self.world_from_pano.inverse() * direction;
-                if self.field.inverse_distance(d) <= 0.0 { light.pdf(d) } else { 0.0 }
-            }
-            Some(hit) if hit.surface == HIDDEN_SIDE => 0.0,
-            Some(hit) => {
-                // Density per steradian at the capture point, per area there, per steradian here.
-                let at = self.to_pano(hit.position);
-                let r2 = at.length_squared();
-                let seen = at / r2.sqrt();
-                let cos_capture = (self.world_from_pano * seen).dot(hit.facet).abs();
-                let cos_here = direction.dot(hit.facet).abs().max(1e-6);
-                let pdf = light.pdf(seen) * hit.t * hit.t * cos_capture / (r2 * cos_here);
-                if pdf.is_finite() { pdf } else { 0.0 }
-            }
+    fn light_pdf(&self, from: Vec3, direction: Vec3, behind: Option<&RealHit>) -> f32 {
+        let from = self.to_pano(from);
+        let at_lamps = self.lamps.share(from);
+        let by_panorama = (1.0 - at_lamps) * self.panorama_pdf(direction, behind);
+        if at_lamps == 0.0 {
+            return by_panorama;
         }
+        by_panorama + at_lamps * self.lamps.pdf(from, self.world_from_pano.inverse() * direction)
     }
 
     #[inline]
     fn reach(&self, ray: &Ray, sample: &LightSample) -> Option<Option<RealHit>> {
-        let behind = self.nearest(ray).map(|(hit, _)| hit);
-        let reached = match (sample.target, &behind) {
-            (None, None) => true,
-            (Some(target), Some(hit)) if hit.surface == SEEN => {
-                // The same patch of the surface, up to rounding.
-                let tolerance = 1e-3 * (hit.t + (target - self.capture).length());
-                target.distance_squared(hit.position) < tolerance * tolerance
-            }
-            _ => false,
-        };
-        reached.then_some(behind)
+        self.reach_by(ray, sample, Back::Lit)
     }
 
     #[inline]
@@ -328,5 +381,7 @@ fn reduced_luminance(radiance: &RadianceImage) -> Image<f32> {
     })
 }
 
+#[cfg(test)]
+mod lamp_tests;
 #[cfg(test)]
 mod tests;

@@ -4,12 +4,12 @@ use pano_core::progress::Silent;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use std::f32::consts::{PI, TAU};
 
-fn texel_direction(w: usize, h: usize, x: usize, y: usize) -> Vec3 {
+pub(super) fn texel_direction(w: usize, h: usize, x: usize, y: usize) -> Vec3 {
     sphere::direction_from_uv(Vec2::new((x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32))
 }
 
 /// A world of `width` columns from functions of the direction in the panorama's frame.
-fn world(
+pub(super) fn world(
     width: usize,
     distance: impl Fn(Vec3) -> f32,
     radiance: impl Fn(Vec3) -> Vec3,
@@ -22,23 +22,23 @@ fn world(
     CapturedWorld::new(Arc::new(radiance), &depth, place.0, place.1, &[], options, &Silent).unwrap()
 }
 
-fn coarse() -> CapturedOptions {
+pub(super) fn coarse() -> CapturedOptions {
     CapturedOptions { irradiance_width: 256, irradiance_samples: 16, ..CapturedOptions::default() }
 }
 
-fn here() -> (Quat, Vec3) {
+pub(super) fn here() -> (Quat, Vec3) {
     (Quat::from_rotation_y(0.7), Vec3::new(1.0, 1.5, -2.0))
 }
 
-const LO: Vec3 = Vec3::new(-2.0, -1.5, -3.0);
+pub(super) const LO: Vec3 = Vec3::new(-2.0, -1.5, -3.0);
 const HI: Vec3 = Vec3::new(2.5, 1.2, 2.0);
 
-fn box_room(d: Vec3) -> f32 {
+pub(super) fn box_room(d: Vec3) -> f32 {
     (Vec3::select(d.cmpgt(Vec3::ZERO), HI, LO) / d).to_array().into_iter().filter(|t| t.is_finite()).fold(f32::INFINITY, f32::min)
 }
 
 /// A room lit by a lamp of 0.8 × 0.8 m on the ceiling.
-fn lamp_room(d: Vec3) -> Vec3 {
+pub(super) fn lamp_room(d: Vec3) -> Vec3 {
     let at = d * box_room(d);
     let lamp = at.y > HI.y - 1e-3 && (at.x - 0.5).abs() < 0.4 && at.z.abs() < 0.4;
     if lamp { Vec3::splat(8.0) } else { Vec3::splat(0.2 + 0.05 * at.x.abs()) }
@@ -271,7 +271,7 @@ fn without_depth_everything_is_at_infinity() {
         assert!(world.hit(&ray).is_none());
         assert!(world.infinity(d).distance(sky(turn.inverse() * d)) < 0.01);
         let sample = world.sample_light(o, Vec2::new(random.random(), random.random())).unwrap();
-        assert!(sample.target.is_none() && matches!(world.reach(&ray, &sample), Some(None)));
+        assert!(sample.target == LightTarget::Infinity && matches!(world.reach(&ray, &sample), Some(None)));
         measured += world.light_pdf(o, d, None) * 4.0 * PI / 2000.0;
     }
     assert!((measured - 1.0).abs() < 0.05, "{measured}");
