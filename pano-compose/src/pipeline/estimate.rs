@@ -3,6 +3,7 @@
 use super::{Clock, Frame, Loader, RenderOptions, Result, Stats, World, build_world, prepare_objects, resolve_method};
 use crate::plan::{EffectPlan, PlannedEffect};
 use pano_core::{
+    camera::Camera,
     progress::Progress,
     scene::{Method, Scene},
 };
@@ -70,14 +71,13 @@ pub fn plan(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> 
 
     let camera = inputs.view(scene);
     let pixels = (camera.width * camera.height) as f64;
-    let shrink = (PIXELS / pixels).sqrt().min(1.0);
-    let side = |n: usize| ((n as f64 * shrink).round() as usize).max(1);
+    let size = shrunk(&camera, PIXELS);
     let mut small = scene.clone();
-    small.view.size = Some((side(camera.width), side(camera.height)));
+    small.view.size = Some(size);
     small.render.samples = scene.render.samples.min(SAMPLES);
     let stats: Stats = Frame::new(&small, &inputs, &objects, &world, options).render(clock, progress)?.stats;
 
-    let by_pixels = pixels / (side(camera.width) * side(camera.height)) as f64;
+    let by_pixels = pixels / (size.0 * size.1) as f64;
     let by_samples = f64::from(scene.render.samples) / f64::from(small.render.samples);
     let mut stages = Vec::new();
     for stage in &stats.stages {
@@ -93,6 +93,13 @@ pub fn plan(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> 
     }
     // The small picture had a plan of its own size; every effect is decided by the scene alone.
     Ok(Plan { method: method.name(), plan: stats.plan.effects().to_vec(), stages })
+}
+
+/// Width and height of a picture of the same shape with at most about `pixels`.
+pub(crate) fn shrunk(camera: &Camera, pixels: f64) -> (usize, usize) {
+    let shrink = (pixels / (camera.width * camera.height) as f64).sqrt().min(1.0);
+    let side = |n: usize| ((n as f64 * shrink).round() as usize).max(1);
+    (side(camera.width), side(camera.height))
 }
 
 /// Texels times samples of an irradiance map.

@@ -23,6 +23,8 @@ mod world;
 
 pub use device::{Backend, GPU_STAGES, GpuSettings};
 pub use error::{Error, Result};
+#[cfg(feature = "tradeoff")]
+pub(crate) use estimate::shrunk;
 pub use estimate::{Plan, PlannedStage, plan};
 pub use folder::Folder;
 pub use lights::Detector;

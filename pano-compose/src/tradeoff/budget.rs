@@ -41,6 +41,14 @@ const PREPARATION_SHARE: f64 = 0.4;
 const REFERENCE: u32 = 96;
 /// Bounces of that reference, at least.
 const REFERENCE_BOUNCES: u32 = 6;
+/// Each calibrating picture has this many times the samples of the one before…
+const STEP: u32 = 4;
+/// …unless it would take this many milliseconds.
+const LONGEST_MS: f64 = 30_000.0;
+/// Beyond this many times the samples of the last one nothing is foreseen.
+const REACH: u32 = 16;
+/// Errors are calibrated on a picture of at most as many pixels.
+const CALIBRATION_PIXELS: f64 = 262_144.0;
 /// Seeds of the reference.
 const SEEDS: [u32; 2] = [0x6361_6c31, 0x6361_6c32];
 
@@ -61,7 +69,10 @@ pub fn choose(scene: &Scene, goal: Goal, denoise: bool, progress: &dyn Progress)
     let base = Choice { bounces: scene.render.bounces, denoise, ..bench.default_choice(bench.resolved()) };
     match goal {
         Goal::Time(ms) => for_time(&mut bench, &base, ms, progress),
-        Goal::Error(error) => for_error(&mut bench, &base, error, progress),
+        Goal::Error(error) => {
+            let by_pixels = bench.shrink(CALIBRATION_PIXELS);
+            for_error(&mut bench, &base, error, by_pixels, progress)
+        }
     }
 }
 
@@ -120,8 +131,42 @@ fn extrapolate((few, few_ms): (u32, f64), (more, more_ms): (u32, f64), budget_ms
     (samples, more_ms + slope * (f64::from(samples) - f64::from(more)))
 }
 
-/// As few samples as the error allows: a power law through the errors of two calibrating pictures.
-fn for_error(bench: &mut Bench<'_>, base: &Choice, wanted: f64, progress: &dyn Progress) -> Result<Chosen> {
+/// A calibrating picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Point {
+    samples: u32,
+    error: f64,
+    /// Of the calibrating size, preparation of the world included.
+    ms: f64,
+}
+
+/// How the error falls with the samples: a power law through two points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Law {
+    last: Point,
+    power: f64,
+}
+
+impl Law {
+    /// Filters and the error of the method itself make errors fall more slowly than with the square root.
+    fn through(few: Point, more: Point) -> Self {
+        let ratio = f64::from(more.samples) / f64::from(few.samples);
+        let power = if more.error > 0.0 { ((few.error / more.error).ln() / ratio.ln()).clamp(0.02, 0.6) } else { 0.5 };
+        Self { last: more, power }
+    }
+
+    /// As few samples as the error allows.
+    fn samples_for(&self, error: f64) -> f64 {
+        (f64::from(self.last.samples) * (self.last.error / error).powf(1.0 / self.power)).ceil().max(1.0)
+    }
+
+    fn error_at(&self, samples: f64) -> f64 {
+        self.last.error * (f64::from(self.last.samples) / samples).powf(self.power)
+    }
+}
+
+/// As few samples as the error allows: pictures of ever more samples, until the last two tell how many.
+fn for_error(bench: &mut Bench<'_>, base: &Choice, wanted: f64, by_pixels: f64, progress: &dyn Progress) -> Result<Chosen> {
     progress.begin("calibrate", 4);
     let reference = Choice { samples: REFERENCE, bounces: base.bounces.max(REFERENCE_BOUNCES), denoise: false, ..base.clone() };
     let mut half = |seed: u32| -> Result<_> {
@@ -131,22 +176,35 @@ fn for_error(bench: &mut Bench<'_>, base: &Choice, wanted: f64, progress: &dyn P
     };
     let halves = [half(SEEDS[0])?, half(SEEDS[1])?];
     bench.judge_by(&Truth { halves, error: None, origin: String::new() });
-    let mut at = |samples: u32| -> Result<(f64, f64)> {
+    let mut world_ms = 0.0;
+    let mut at = |samples: u32| -> Result<Point> {
         let row = bench.measure(&Choice { samples, ..base.clone() }, progress)?;
         progress.advance(1);
-        Ok((row.error, row.ms))
+        world_ms = row.world_ms;
+        Ok(Point { samples, error: row.error, ms: row.ms })
     };
-    let ((few, few_ms), (more, more_ms)) = (at(FEW)?, at(MORE)?);
+    let (mut few, mut more) = (at(FEW)?, at(MORE)?);
+    let mut law = Law::through(few, more);
+    // Never guess farther than one step: what a step takes is less than the picture that is wanted.
+    while law.samples_for(wanted) > f64::from(STEP * more.samples) && f64::from(STEP) * more.ms < LONGEST_MS {
+        (few, more) = (more, at(STEP * more.samples)?);
+        law = Law::through(few, more);
+    }
+    let slope = (more.ms - few.ms) / f64::from(more.samples - few.samples);
     let load_ms = bench.load_ms();
-    // Filters and the error of the method itself make errors fall more slowly than with the square root.
-    let ratio = f64::from(MORE) / f64::from(FEW);
-    let power = if more > 0.0 { ((few / more).ln() / ratio.ln()).clamp(0.02, 0.5) } else { 0.5 };
-    let samples = (f64::from(MORE) * (more / wanted).powf(1.0 / power)).ceil().clamp(1.0, f64::from(Render::MAX_SAMPLES)) as u32;
-    let expected = more * (f64::from(MORE) / f64::from(samples)).powf(power);
-    let slope = (more_ms - few_ms) / f64::from(MORE - FEW);
-    let expected_ms = (more_ms + slope * (f64::from(samples) - f64::from(MORE))).max(0.0) + load_ms;
-    let caveat = (expected > 1.05 * wanted).then(|| format!("{samples} samples are the most there are"));
-    Ok(Chosen { choice: Choice { samples, ..base.clone() }, expected_ms, expected_error: Some(expected), caveat })
+    let expected = |samples: f64| {
+        let traced = more.ms - world_ms + slope * (samples - f64::from(more.samples));
+        (by_pixels * traced.max(0.0) + world_ms + load_ms, law.error_at(samples))
+    };
+    let needed = law.samples_for(wanted);
+    let reachable = needed <= f64::from(REACH * more.samples).min(f64::from(Render::MAX_SAMPLES));
+    let samples = if reachable { needed } else { f64::from(more.samples) };
+    let caveat = (!reachable).then(|| {
+        let (samples, error) = (more.samples, more.error);
+        format!("with {samples} samples the error is {error:.4}, and it falls too slowly to foresee how many reach {wanted}")
+    });
+    let (expected_ms, error) = expected(samples);
+    Ok(Chosen { choice: Choice { samples: samples as u32, ..base.clone() }, expected_ms, expected_error: Some(error), caveat })
 }
 
 #[cfg(test)]
@@ -160,5 +218,19 @@ mod tests {
         // A clock that runs backwards, and a budget without end.
         assert_eq!(extrapolate((1, 20.0), (4, 19.0), 1e12).0, Render::MAX_SAMPLES);
         assert_eq!(extrapolate((1, 20.0), (4, 80.0), 1.0).0, 1);
+    }
+
+    #[test]
+    fn a_law_through_two_errors_tells_the_samples() {
+        let point = |samples, error| Point { samples, error, ms: 1.0 };
+        let law = Law::through(point(4, 0.08), point(16, 0.04));
+        assert!((law.power - 0.5).abs() < 1e-12 && law.samples_for(0.01) == 256.0 && law.samples_for(0.08) == 4.0);
+        assert!((law.error_at(64.0) - 0.02).abs() < 1e-12);
+        // Errors that do not fall, that grow, and none at all.
+        for (few, more) in [(0.04, 0.04), (0.04, 0.05)] {
+            let law = Law::through(point(4, few), point(16, more));
+            assert!(law.samples_for(0.01) > 1e20 && law.samples_for(1.0) == 1.0);
+        }
+        assert_eq!(Law::through(point(4, 0.0), point(16, 0.0)).samples_for(0.01), 1.0);
     }
 }

@@ -5,6 +5,7 @@ use super::{Choice, Row, TradeoffParams, Truth, suitable};
 use crate::exposure::{encoded, exposed, white_of};
 use crate::pipeline::{
     Clock, Error, Frame, Inputs, Loader, RenderOptions, Rendered, Result, World, build_world, prepare_objects, resolve_method,
+    shrunk,
 };
 use glam::Vec3;
 use pano_core::{
@@ -15,6 +16,7 @@ use pano_core::{
     scene::{Method, Scene},
 };
 use pano_trace::{objects::Objects, world::CapturedOptions};
+use std::borrow::Cow;
 use std::time::Instant;
 
 /// Pixels count where truth and photo differ by this much of white, after encoding: two steps of 8 bits.
@@ -22,7 +24,7 @@ const CHANGED: f32 = 2.0 / 255.0;
 
 /// A scene in memory, ready to be rendered in many ways.
 pub(super) struct Bench<'a> {
-    scene: &'a Scene,
+    scene: Cow<'a, Scene>,
     params: &'a TradeoffParams,
     inputs: Inputs,
     objects: Objects,
@@ -76,7 +78,29 @@ impl<'a> Bench<'a> {
         let camera = inputs.view(scene);
         let methods = suitable(scene, &inputs);
         let resolved = resolve_method(scene, &inputs, &mut Vec::new())?;
-        Ok(Self { scene, params, inputs, objects, camera, load_ms, world: None, judge: None, methods, resolved })
+        Ok(Self {
+            scene: Cow::Borrowed(scene),
+            params,
+            inputs,
+            objects,
+            camera,
+            load_ms,
+            world: None,
+            judge: None,
+            methods,
+            resolved,
+        })
+    }
+
+    /// Renders smaller pictures of the same view from now on, of about `pixels` at most. How many times fewer pixels they have.
+    pub(super) fn shrink(&mut self, pixels: f64) -> f64 {
+        let count = |camera: &Camera| (camera.width * camera.height) as f64;
+        let full = count(&self.camera);
+        if full > pixels {
+            self.scene.to_mut().view.size = Some(shrunk(&self.camera, pixels));
+            self.camera = self.inputs.view(&self.scene);
+        }
+        full / count(&self.camera)
     }
 
     pub(super) fn camera(&self) -> &Camera {
@@ -194,11 +218,11 @@ impl<'a> Bench<'a> {
             Some(prepared) if prepared.options == settings.captured => prepared,
             _ => {
                 let begin = Instant::now();
-                let world = build_world(self.scene, &self.inputs, &self.objects, &settings, &mut Vec::new(), progress)?;
+                let world = build_world(&self.scene, &self.inputs, &self.objects, &settings, &mut Vec::new(), progress)?;
                 Prepared { options: settings.captured, world, ms: begin.elapsed().as_secs_f64() * 1e3 }
             }
         };
-        let mut scene = self.scene.clone();
+        let mut scene = Scene::clone(&self.scene);
         scene.render.method = choice.method;
         scene.render.samples = choice.samples;
         scene.render.bounces = choice.bounces;
