@@ -49,27 +49,27 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 fn table(numbers: &Numbers) -> String {
     let mut text = String::new();
     // Writing to a string does not fail.
-    let mut line = |cells: [&str; 11]| {
+    let mut line = |cells: [&str; 12]| {
         let [name, first @ ..] = cells;
         let row = first.iter().fold(format!("{name:8}"), |row, cell| format!("{row} {cell:>8}"));
         writeln!(text, "{}", row.trim_end()).unwrap_or_default();
     };
-    line(["", "", "", "objects", "", "", "", "view", "", "", ""]);
-    line(["", "time", "Mrays", "SSIM", "PSNR", "FLIP", "relRMSE", "SSIM", "PSNR", "FLIP", "relRMSE"]);
-    let mut row = |name: &str, ms: f64, rays: u64, crop: &Score, view: &Score| {
+    line(["", "", "", "", "objects", "", "", "", "view", "", "", ""]);
+    line(["", "samples", "time", "Mrays", "SSIM", "PSNR", "FLIP", "relRMSE", "SSIM", "PSNR", "FLIP", "relRMSE"]);
+    let mut row = |name: &str, samples: u32, ms: f64, rays: u64, crop: &Score, view: &Score| {
         let cells = |s: &Score| {
             let ssim = s.ssim.map_or("-".to_owned(), |ssim| format!("{ssim:.4}"));
             [ssim, format!("{:.2}", s.psnr), format!("{:.4}", s.flip), format!("{:.4}", s.rel_rmse)]
         };
         let ([a, b, c, d], [e, f, g, h]) = (cells(crop), cells(view));
         let (time, rays) = (format!("{:.2} s", ms / 1e3), format!("{:.1}", rays as f64 / 1e6));
-        line([name, &time, &rays, &a, &b, &c, &d, &e, &f, &g, &h]);
+        line([name, &samples.to_string(), &time, &rays, &a, &b, &c, &d, &e, &f, &g, &h]);
     };
     for m in &numbers.methods {
-        row(m.method, m.ms, m.rays, &m.scores.crop, &m.scores.view);
+        row(m.method, m.samples, m.ms, m.rays, &m.scores.crop, &m.scores.view);
     }
     // The photo of the empty room against its truth: what no method can be better than.
-    row("(photo)", numbers.capture.ms, numbers.capture.rays, &numbers.photo.crop, &numbers.photo.view);
+    row("(photo)", numbers.panorama_samples, numbers.capture.ms, numbers.capture.rays, &numbers.photo.crop, &numbers.photo.view);
     let _ = writeln!(
         text,
         "truth: {:.1} s, {:.1} Mrays; all: {:.1} s",

@@ -1,5 +1,5 @@
-//! The main job on a built-in room: photograph it as a panorama with depth, put objects into the photograph by every method
-//! that works on a captured radiance field, path-trace the truth with the objects really in the room, and compare.
+//! The main job on a built-in room: photograph it as a panorama with depth, put objects into the photograph by every method,
+//! path-trace the truth with the objects really in the room, and compare.
 //!
 //! ```text
 //! room ──> panorama + depth ──> view with objects, by each method ──┐
@@ -35,8 +35,12 @@ use reference::Quality;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The methods the demo compares, in this order.
-pub const METHODS: [Method; 4] = [Method::Dpt, Method::Onepass, Method::Twopass, Method::Ibl];
+/// The methods the demo compares, in this order: all there are.
+pub const METHODS: [Method; 7] =
+    [Method::Dpt, Method::Iprt, Method::Mr360, Method::Rt2ar, Method::Onepass, Method::Twopass, Method::Ibl];
+
+/// The baselines get this part of the others' samples, for which they take about as long.
+const BASELINE_SHARE: u32 = 4;
 
 /// Pixels between the taps of the widest filter: the capture has few samples and smooth light, the truth is to be trusted.
 const CAPTURE_FILTER: isize = 8;
@@ -51,7 +55,7 @@ pub struct DemoParams {
     pub panorama_samples: u32,
     /// Width and height of the view, ≥ 1.
     pub view: (usize, usize),
-    /// Samples a pixel of each composite, ≥ 1.
+    /// Samples a pixel of each composite, ≥ 1; `onepass` and `twopass` get a quarter.
     pub samples: u32,
     /// Samples a pixel of the truth, ≥ 1; rounded up to an even number.
     pub truth_samples: u32,
@@ -170,6 +174,7 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     let mut composites = Vec::new();
     for method in METHODS {
         scene.render.method = method;
+        scene.render.samples = samples_of(method, params);
         let step = Step { progress, name: method.name() };
         composites.push((method, Frame::new(&scene, &inputs, &objects, &world, &options).render(Clock::new(), &step)?));
     }
@@ -195,6 +200,14 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     (numbers.world_ms, numbers.warnings) = (world_ms, warnings);
     demo.numbers.total_ms = begin.elapsed().as_secs_f64() * 1e3;
     Ok(demo)
+}
+
+/// Samples a pixel of a method's composite.
+fn samples_of(method: Method, params: &DemoParams) -> u32 {
+    match method {
+        Method::Onepass | Method::Twopass => params.samples.div_ceil(BASELINE_SHARE),
+        _ => params.samples,
+    }
 }
 
 /// Distance along the ray in metres of the demo's panorama, `width` (even, ≥ 2) columns wide; infinite in the window.

@@ -1,6 +1,6 @@
 //! What the methods cost and how far they are from the truth.
 
-use super::{Demo, DemoParams};
+use super::{Demo, DemoParams, samples_of};
 use crate::exposure::{encoded, exposed, white_of};
 use crate::pipeline::Result;
 use pano_core::{image::RadianceImage, metrics};
@@ -47,9 +47,11 @@ pub struct Scores {
 pub struct MethodNumbers {
     /// Its name.
     pub method: &'static str,
+    /// Samples a pixel.
+    pub samples: u32,
     /// Milliseconds of wall time from the prepared world to the composite.
     pub ms: f64,
-    /// The tracing stage's part of it.
+    /// The part of it of the stages that trace rays.
     pub trace_ms: f64,
     /// Rays traced.
     pub rays: u64,
@@ -69,7 +71,7 @@ pub struct Numbers {
     pub panorama_samples: u32,
     /// Width and height of the view.
     pub size: [usize; 2],
-    /// Samples a pixel of the composites.
+    /// Samples a pixel of the composites, but for those whose row says otherwise.
     pub samples: u32,
     /// Samples a pixel of the truth, which is filtered as the composites are.
     pub truth_samples: u32,
@@ -116,8 +118,9 @@ pub(super) fn measure(demo: &Demo, params: &DemoParams) -> Result<Numbers> {
             let stats = &rendered.stats;
             Ok(MethodNumbers {
                 method: method.name(),
+                samples: samples_of(*method, params),
                 ms: stats.total_ms,
-                trace_ms: stats.stages.iter().filter(|s| s.name == "trace").map(|s| s.ms).sum(),
+                trace_ms: stats.stages.iter().filter(|s| s.rays > 0).map(|s| s.ms).sum(),
                 rays: stats.stages.iter().map(|s| s.rays).sum(),
                 scores: scores(&rendered.composite.color, &truth)?,
                 warnings: stats.warnings.clone(),

@@ -62,7 +62,7 @@ impl Demo {
         cells.push(Cell {
             title: "truth".into(),
             note: format!("path-traced, {} samples, {}", numbers.truth_samples, seconds(numbers.truth.ms)),
-            error_title: format!("photo - truth, both empty: {}", score_note(&numbers.photo.view)),
+            error_title: format!("photo - truth, empty: {}", score_note(&numbers.photo.view)),
             error: error_map(&photo, &without),
             picture: truth.clone(),
         });
@@ -72,7 +72,7 @@ impl Demo {
 }
 
 fn method_note(row: &MethodNumbers) -> String {
-    format!("{}  {}", seconds(row.ms), score_note(&row.scores.crop))
+    format!("{} spp  {}  {}", row.samples, seconds(row.ms), score_note(&row.scores.crop))
 }
 
 fn score_note(score: &Score) -> String {
