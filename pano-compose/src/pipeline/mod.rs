@@ -4,6 +4,7 @@
 //! load ──> world (proxies | captured field) ──> trace ──> denoise ──> composite
 //! ```
 
+mod bounds;
 mod device;
 mod error;
 mod estimate;

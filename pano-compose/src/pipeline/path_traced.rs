@@ -1,8 +1,9 @@
 //! Frames of the methods that make their layers in one go, each frame by itself: the path tracers and mr360.
 
+use super::bounds::{leave_no_less_than_black, objects_are_not_darker_than_black};
 use super::device::Device;
 use super::frame::{Filtered, Frame, View};
-use super::view::{leave_no_less_than_black, rescale_delta, rescale_error};
+use super::view::{rescale_delta, rescale_error};
 use super::world::tracer_method;
 use super::{Clock, Error, Result, World};
 use crate::plan::EffectPlan;
@@ -76,8 +77,9 @@ pub(super) fn trace(
     }
     if frame.options.denoise && !frame.objects.is_empty() {
         progress.begin("denoise", 1);
-        leave_no_less_than_black(&mut layers, &view.photo);
         let wrap = frame.camera.projection == Projection::Panorama;
+        leave_no_less_than_black(&mut layers, &view.photo);
+        objects_are_not_darker_than_black(&mut layers);
         let params = cross_bilateral::Params { wrap, delta_passes: frame.options.settings.delta_passes, ..Default::default() };
         let report = device.denoise(&params, &mut layers)?;
         for (layer, energy) in [("object", report.object), ("delta", report.delta)] {

@@ -84,30 +84,3 @@ pub(super) fn rescale_delta(layers: &mut TracedLayers, photo: &RadianceImage, li
         *delta *= Vec3::new(ratio(photo.x, lighting.x), ratio(photo.y, lighting.y), ratio(photo.z, lighting.z));
     }
 }
-
-/// Sets changes that would leave less than no light to the photo's share of the pixel. Noise is what makes them: filtered as they
-/// are, one such pixel blackens those around it. Takes noise's share of deep shadows, which falls with the samples.
-pub(super) fn leave_no_less_than_black(layers: &mut TracedLayers, photo: &RadianceImage) {
-    let shares = layers.coverage.data();
-    for ((delta, photo), coverage) in layers.delta.data_mut().iter_mut().zip(photo.data()).zip(shares) {
-        *delta = delta.max(photo.max(Vec3::ZERO) * (coverage - 1.0));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use pano_core::image::Image;
-
-    #[test]
-    fn a_change_takes_no_more_light_than_the_share_of_the_photo_has() {
-        let mut layers = TracedLayers::empty(4, 1);
-        let photo = RadianceImage::filled(4, 1, Vec3::new(2.0, 1.0, -1.0));
-        layers.delta =
-            Image::from_fn(4, 1, |x, _| [Vec3::splat(-9.0), Vec3::splat(-0.5), Vec3::splat(9.0), Vec3::splat(-1.0)][x]);
-        layers.coverage = Image::from_fn(4, 1, |x, _| [0.0, 0.25, 0.0, 1.0][x]);
-        leave_no_less_than_black(&mut layers, &photo);
-        let expected = [Vec3::new(-2.0, -1.0, 0.0), Vec3::new(-0.5, -0.5, 0.0), Vec3::splat(9.0), Vec3::ZERO];
-        assert_eq!(layers.delta.data(), expected);
-    }
-}
