@@ -64,7 +64,7 @@ pub struct Guides<'a> {
     pub level: Option<&'a Image<u8>>,
 }
 
-/// The greatest [`Guides::level`]; higher ones count as this.
+/// The greatest level of sparseness; higher ones count as this.
 pub const MOST_SPARSE: u8 = 3;
 
 impl Params {
