@@ -2,7 +2,7 @@
 
 use super::irradiance::estimate;
 use super::lamps::Lamps;
-use super::tests::{LO, box_room, coarse, here, lamp_room, texel_direction, world};
+use super::tests::{LO, box_room, coarse, density_and_reached, here, lamp_room, world};
 use super::*;
 use crate::objects::{Objects, Placement, PreparedMesh};
 use crate::tracer::{Frame, Mis, TraceParams, render};
@@ -12,7 +12,6 @@ use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
 use pano_core::material::Material;
 use pano_core::progress::Silent;
 use pano_core::random::{Sampler, Stream};
-use rand::{RngExt, SeedableRng, rngs::StdRng};
 use std::f32::consts::PI;
 
 const GLOBE: Ball = Ball { center: Vec3::new(1.0, 0.7, -1.2), radius: 0.15 };
@@ -78,24 +77,7 @@ fn samples_aimed_at_lamps_have_the_density_stated() {
     let (turn, capture) = here();
     let world = globe_room();
     for from in [Vec3::new(1.0, -1.4, -1.3), Vec3::new(1.4, 0.6, -2.8), Vec3::new(-1.5, 0.0, 1.5)] {
-        let from = capture + turn * from;
-        let (w, h) = (1024, 512);
-        let mut total = 0.0;
-        for y in 0..h {
-            for x in 0..w {
-                let d = texel_direction(w, h, x, y);
-                let behind = world.hit(&Ray::new(from, d));
-                total += f64::from(world.light_pdf(from, d, behind.as_ref())) * sphere::pixel_solid_angle(w, h, y);
-            }
-        }
-        let mut random = StdRng::seed_from_u64(3);
-        let n = 10_000;
-        let reached = (0..n).filter(|_| {
-            let sample = world.sample_light(from, Vec2::new(random.random(), random.random())).unwrap();
-            let behind = world.reach(&Ray::new(from, sample.direction), &sample);
-            behind.is_some_and(|b| world.light_pdf(from, sample.direction, b.as_ref()) > 0.0)
-        });
-        let reached = reached.count() as f64 / f64::from(n);
+        let (total, reached) = density_and_reached(&world, capture + turn * from, (1024, 512));
         // 10 000 trials know the share to ±0.5 %, the rim of the globe is integrated to ±1 %.
         assert!((total - reached).abs() < 0.02 && total < 1.005, "density {total}, reached {reached}");
     }
