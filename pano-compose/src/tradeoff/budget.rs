@@ -37,6 +37,8 @@ const FEW: u32 = 4;
 const MORE: u32 = 16;
 /// The share of a time budget that preparing the captured world may take.
 const PREPARATION_SHARE: f64 = 0.4;
+/// One sample should take less than this share of the budget, where a cheaper preparation can make it.
+const ROOM: f64 = 0.8;
 /// Samples of each half of the reference that errors are calibrated against.
 const REFERENCE: u32 = 96;
 /// Bounces of that reference, at least.
@@ -79,15 +81,17 @@ pub fn choose(scene: &Scene, goal: Goal, denoise: bool, progress: &dyn Progress)
 /// The dearest preparation that leaves time for tracing, and as many samples as fit.
 fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn Progress) -> Result<Chosen> {
     progress.begin("calibrate", 3);
-    let mut prepared = base.clone();
+    // From cheap to dear.
+    let mut prepared_by_cost = vec![base.clone()];
     if bench.is_captured() {
-        // From cheap to dear, as long as the next one, whose work is known, can be expected to fit.
+        prepared_by_cost.clear();
+        // As long as the next one, whose work is known, can be expected to fit.
         for turned in PREPARATIONS.iter().rev() {
             let next = base.prepared(turned);
             let ms = bench.measure(&Choice { samples: 1, denoise: false, ..next.clone() }, progress)?.world_ms;
             let fits = ms <= PREPARATION_SHARE * budget_ms;
-            if fits || turned == &PREPARATIONS[PREPARATIONS.len() - 1] {
-                prepared = next;
+            if fits || prepared_by_cost.is_empty() {
+                prepared_by_cost.push(next);
             }
             // The next dearer one takes at least four times as long.
             if !fits || 4.0 * ms > PREPARATION_SHARE * budget_ms {
@@ -96,12 +100,19 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
         }
     }
     progress.advance(1);
-    let time = |bench: &mut Bench<'_>, samples: u32| -> Result<f64> {
+    let time = |bench: &mut Bench<'_>, prepared: &Choice, samples: u32| -> Result<f64> {
         let row = bench.measure(&Choice { samples, ..prepared.clone() }, progress)?;
         Ok(row.ms + bench.load_ms())
     };
-    // The first picture warms up.
-    let one = time(bench, 1)?.min(time(bench, 1)?);
+    // The first picture warms up. If it leaves no time for a second sample, a cheaper preparation does.
+    let (mut prepared, mut one) = (base.clone(), f64::INFINITY);
+    while let Some(dearest) = prepared_by_cost.pop() {
+        prepared = dearest;
+        one = time(bench, &prepared, 1)?.min(time(bench, &prepared, 1)?);
+        if one < ROOM * budget_ms {
+            break;
+        }
+    }
     progress.advance(1);
     let mut chosen =
         Chosen { choice: Choice { samples: 1, ..prepared.clone() }, expected_ms: one, expected_error: None, caveat: None };
@@ -110,11 +121,11 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
         return Ok(chosen);
     }
     // More samples until what is measured is a fair share of what is wanted, and not the clock's own noise.
-    let ((mut few, mut few_ms), (mut more, mut more_ms)) = ((1, one), (FEW, time(bench, FEW)?));
+    let ((mut few, mut few_ms), (mut more, mut more_ms)) = ((1, one), (FEW, time(bench, &prepared, FEW)?));
     while more_ms < CALIBRATION_SHARE * budget_ms && more <= Render::MAX_SAMPLES / 4 {
         (few, few_ms) = (more, more_ms);
         more *= 4;
-        more_ms = time(bench, more)?;
+        more_ms = time(bench, &prepared, more)?;
     }
     progress.advance(1);
     let (samples, expected_ms) = extrapolate((few, few_ms), (more, more_ms), budget_ms);
