@@ -81,11 +81,9 @@ pub fn choose(scene: &Scene, goal: Goal, denoise: bool, progress: &dyn Progress)
 /// The dearest preparation that leaves time for tracing, and as many samples as fit.
 fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn Progress) -> Result<Chosen> {
     progress.begin("calibrate", 3);
-    // From cheap to dear.
-    let mut prepared_by_cost = vec![base.clone()];
+    let mut prepared_by_cost = Vec::new();
     if bench.is_captured() {
-        prepared_by_cost.clear();
-        // As long as the next one, whose work is known, can be expected to fit.
+        // From cheap to dear, as long as the next one, whose work is known, can be expected to fit.
         for turned in PREPARATIONS.iter().rev() {
             let next = base.prepared(turned);
             let ms = bench.measure(&Choice { samples: 1, denoise: false, ..next.clone() }, progress)?.world_ms;
@@ -98,6 +96,8 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
                 break;
             }
         }
+    } else {
+        prepared_by_cost.push(base.clone());
     }
     progress.advance(1);
     let time = |bench: &mut Bench<'_>, prepared: &Choice, samples: u32| -> Result<f64> {
@@ -196,8 +196,11 @@ fn for_error(bench: &mut Bench<'_>, base: &Choice, wanted: f64, by_pixels: f64, 
     };
     let (mut few, mut more) = (at(FEW)?, at(MORE)?);
     let mut law = Law::through(few, more);
-    // Never guess farther than one step: what a step takes is less than the picture that is wanted.
-    while law.samples_for(wanted) > f64::from(STEP * more.samples) && f64::from(STEP) * more.ms < LONGEST_MS {
+    // Never guess farther than one step if there is time: what a step takes is less than the picture that is wanted.
+    while law.samples_for(wanted) > f64::from(STEP * more.samples)
+        && STEP * more.samples <= Render::MAX_SAMPLES
+        && f64::from(STEP) * more.ms < LONGEST_MS
+    {
         (few, more) = (more, at(STEP * more.samples)?);
         law = Law::through(few, more);
     }

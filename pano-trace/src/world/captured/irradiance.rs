@@ -180,7 +180,7 @@ pub(super) fn estimate(world: &CapturedWorld, hit: &RealHit, back: Back, sampler
         let ray = Ray::new(from, d);
         let reached = match light {
             Some(sample) => world.reach_by(&ray, sample, back),
-            None => Some(world.nearest_by(&ray, back)),
+            None => Some(world.nearest(&ray).map(|met| world.shining(met, back))),
         };
         let Some(behind) = reached else { return Vec3::ZERO };
         let radiance = behind.as_ref().and_then(|b| b.radiance).unwrap_or_else(|| world.infinity(d));

@@ -184,30 +184,30 @@ impl CapturedWorld {
         Some((RealHit { t: hit.t, position: ray.at(hit.t), normal, facet: normal, surface, radiance }, Some(hit)))
     }
 
-    /// [`Self::nearest`], its back faces as bright as told.
+    /// A hit of [`Self::nearest`] with its back face as bright as told.
     #[inline]
-    fn nearest_by(&self, ray: &Ray, back: Back) -> Option<RealHit> {
-        let (hit, met) = self.nearest(ray)?;
+    fn shining(&self, (hit, met): (RealHit, Option<FieldHit>), back: Back) -> RealHit {
         match (back, met.and_then(|m| m.hidden_side)) {
-            (Back::Lit, Some(HiddenSide::BackFace(q))) => Some(RealHit { radiance: Some(self.relit(&hit, q)), ..hit }),
-            _ => Some(hit),
+            (Back::Lit, Some(HiddenSide::BackFace(q))) => RealHit { radiance: Some(self.relit(&hit, q)), ..hit },
+            _ => hit,
         }
     }
 
     /// [`RealWorld::reach`], back faces as bright as told.
     #[inline]
     fn reach_by(&self, ray: &Ray, sample: &LightSample, back: Back) -> Option<Option<RealHit>> {
-        let behind = self.nearest_by(ray, back);
+        let behind = self.nearest(ray);
         let reached = match (sample.target, &behind) {
             (LightTarget::Anything, _) | (LightTarget::Infinity, None) => true,
-            (LightTarget::Surface(target), Some(hit)) if hit.surface == SEEN => {
+            (LightTarget::Surface(target), Some((hit, _))) if hit.surface == SEEN => {
                 // The same patch of the surface, up to rounding.
                 let tolerance = 1e-3 * (hit.t + (target - self.capture).length());
                 target.distance_squared(hit.position) < tolerance * tolerance
             }
             _ => false,
         };
-        reached.then_some(behind)
+        // Lighting a back face takes rays: only one that was aimed at.
+        reached.then(|| behind.map(|met| self.shining(met, back)))
     }
 
     /// Density per steradian of aiming at light that the panorama has seen.
@@ -249,15 +249,13 @@ impl RealWorld for CapturedWorld {
     #[inline]
     fn hit(&self, ray: &Ray) -> Option<RealHit> {
         let (hit, met) = self.nearest(ray)?;
-        let Some(met) = met else { return Some(hit) };
-        Some(match met.hidden_side {
-            None => {
+        Some(match met {
+            Some(met) if met.hidden_side.is_none() => {
                 let direction = self.world_from_pano.inverse() * ray.direction;
                 let normal = self.field.smooth_normal(self.to_pano(hit.position), direction, &met);
                 RealHit { normal: self.world_from_pano * normal, ..hit }
             }
-            Some(HiddenSide::BackFace(q)) => RealHit { radiance: Some(self.relit(&hit, q)), ..hit },
-            Some(HiddenSide::BackLayer(_)) => hit,
+            met => self.shining((hit, met), Back::Lit),
         })
     }
 
