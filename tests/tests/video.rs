@@ -52,7 +52,7 @@ impl Place {
     fn scene(&self, object: &str, view: &str, samples: u32) -> Scene {
         let text = format!(
             "[panorama]\ncolor = 'room.exr'\ndepth = 'depth.exr'\nfps = 30\n[render]\nmethod = 'iprt'\nsamples = {samples}\n[view]\n{view}\n\
-             [[object]]\nmesh = 'ball.obj'\nmaterial = {{ base_color = [0.7, 0.5, 0.3], specular = 0 }}\n{object}\n"
+             [[object]]\nmesh = 'ball.obj'\n{object}\n"
         );
         Scene::parse(&text, self.path("scene.toml")).unwrap_or_else(|e| panic!("{e}: {text}"))
     }
@@ -60,6 +60,8 @@ impl Place {
 
 const VIEW: &str = "kind = 'perspective'\nyaw = 12\npitch = -30\nvfov = 20\nsize = [128, 96]";
 
+const MATT: &str = "material = { base_color = [0.7, 0.5, 0.3], specular = 0 }";
+const MIRROR: &str = "material = { base_color = [0.9, 0.9, 0.9], metallic = 1, roughness = 0 }";
 /// Beside the box, on the floor.
 const STILL: &str = "position = [0.55, -1.1, -1.7]";
 /// Samples of what the others are compared with.
@@ -91,23 +93,26 @@ fn rmse(a: &RadianceImage, b: &RadianceImage) -> f64 {
 #[test]
 fn thirty_still_frames_are_eight_times_as_right_as_one_sample() {
     let place = Place::new(0);
-    let truth = unfiltered(&place.scene(STILL, VIEW, TRUTH), 1).composite.color;
-    let raw = unfiltered(&place.scene(STILL, VIEW, 1), 2).composite.color;
-    let (scene, options) = (place.scene(STILL, VIEW, 1), options());
-    let mut sequence = Sequence::new(&scene, &options);
-    let mut frame = |k| sequence.render(k, &Silent).unwrap().composite.color;
-    let mut last = (0..30).map(&mut frame).last().unwrap();
-    let gain = rmse(&raw, &truth) / rmse(&last, &truth);
-    assert!(gain >= 8.0, "{gain}");
-    let display = |v: &Vec3| v.to_array().map(linear_to_srgb);
-    let mut flicker = 0.0;
-    for k in 30..34 {
-        let next = frame(k);
-        let pairs = last.data().iter().zip(next.data()).flat_map(|(a, b)| display(a).into_iter().zip(display(b)));
-        flicker += pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / (3 * next.data().len()) as f64 / 4.0;
-        last = next;
+    for material in [MATT, MIRROR] {
+        let object = format!("{material}\n{STILL}");
+        let truth = unfiltered(&place.scene(&object, VIEW, TRUTH), 1).composite.color;
+        let raw = unfiltered(&place.scene(&object, VIEW, 1), 2).composite.color;
+        let (scene, options) = (place.scene(&object, VIEW, 1), options());
+        let mut sequence = Sequence::new(&scene, &options);
+        let mut frame = |k| sequence.render(k, &Silent).unwrap().composite.color;
+        let mut last = (0..30).map(&mut frame).last().unwrap();
+        let gain = rmse(&raw, &truth) / rmse(&last, &truth);
+        assert!(gain >= 8.0, "{material}: {gain}");
+        let display = |v: &Vec3| v.to_array().map(linear_to_srgb);
+        let mut flicker = 0.0;
+        for k in 30..34 {
+            let next = frame(k);
+            let pairs = last.data().iter().zip(next.data()).flat_map(|(a, b)| display(a).into_iter().zip(display(b)));
+            flicker += pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / (3 * next.data().len()) as f64 / 4.0;
+            last = next;
+        }
+        assert!(flicker < 1.0 / 255.0, "{material}: {} of 255", 255.0 * flicker);
     }
-    assert!(flicker < 1.0 / 255.0, "{} of 255", 255.0 * flicker);
 }
 
 /// A ball that rolls by leaves no ghost: where it and its shadow were some frames ago, the picture is what it is without it.
@@ -115,9 +120,10 @@ fn thirty_still_frames_are_eight_times_as_right_as_one_sample() {
 fn a_rolling_ball_leaves_no_trail() {
     let place = Place::new(0);
     // Across the view within a second, a diameter in 18 frames.
-    let at = |x: f32| format!("position = [{x}, -1.1, -1.7]");
+    let place_at = |x: f32| format!("position = [{x}, -1.1, -1.7]");
+    let at = |x: f32| format!("{MATT}\n{}", place_at(x));
     let x = |frame: u32| -0.2 + frame as f32 / 30.0;
-    let keyframes = format!("keyframes = [{{ time = 0, {} }}, {{ time = 2, {} }}]", at(x(0)), at(x(60)));
+    let keyframes = format!("{MATT}\nkeyframes = [{{ time = 0, {} }}, {{ time = 2, {} }}]", place_at(x(0)), place_at(x(60)));
     let (now, before) = (30, 18);
     let truth = unfiltered(&place.scene(&at(x(now)), VIEW, TRUTH), 1).composite;
     let past = unfiltered(&place.scene(&at(x(before)), VIEW, TRUTH), 3).composite;
@@ -148,7 +154,7 @@ fn a_rolled_panorama_gives_a_rolled_picture() {
         // To the right, as seen from above.
         let at = Quat::from_rotation_y(-angle) * Vec3::new(0.0, -1.1, 1.6);
         let place = Place::new(columns);
-        let scene = place.scene(&format!("position = [{}, {}, {}]", at.x, at.y, at.z), view, 8);
+        let scene = place.scene(&format!("{MATT}\nposition = [{}, {}, {}]", at.x, at.y, at.z), view, 8);
         let options = RenderOptions { seed, ..options() };
         let mut sequence = Sequence::new(&scene, &options);
         (0..6).map(|k| sequence.render(k, &Silent).unwrap().composite.color).last().unwrap()

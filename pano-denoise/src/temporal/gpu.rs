@@ -1,7 +1,7 @@
 //! The accumulation on the GPU.
 //!
 //! Departures from the CPU: sums are `f32`, of values limited to ±[`pano_core::gpu::LARGEST`]. Motion may point anywhere, so that
-//! there are no bands: frames of more than eight million pixels stay on the CPU. Frames are counted up to 2²⁴.
+//! there are no bands: frames of more than eight million pixels stay on the CPU.
 
 use super::{Guides, History, Params, cpu};
 use glam::{UVec2, Vec3, Vec4};
@@ -22,6 +22,7 @@ pano_core::uniform! {
     pub(crate) struct Temporal {
         rows: Rows,
         blend: f32,
+        still: f32,
         depth: f32,
         normal: f32,
         reach: f32,
@@ -59,8 +60,9 @@ pub static SHADER: Shader = Shader {
                     Constant::u32("SHARP", SHARP),
                     Constant::u32("THING", THING),
                     Constant::u32("RADIUS", cpu::RADIUS as u32),
-                    Constant::u32("SHARP_RADIUS", cpu::SHARP_RADIUS as u32),
-                    Constant::f32("SHARP_REACH", cpu::SHARP_REACH as f32),
+                    Constant::u32("RANGE_RADIUS", cpu::RANGE_RADIUS as u32),
+                    Constant::f32("LONELY", cpu::LONELY as f32),
+                    Constant::f32("STILL", cpu::STILL as f32),
                 ]
             },
         },
@@ -108,7 +110,7 @@ pub struct GpuPast {
     pub value: GpuImage<Vec4>,
     /// Normal and depth of what was seen.
     pub surface: GpuImage<Vec4>,
-    /// Which thing was seen, without the other bits, and of how many frames the value is.
+    /// Which thing was seen, without the other bits, and the bits of [`History::frames`].
     pub thing: GpuImage<UVec2>,
 }
 
@@ -120,14 +122,14 @@ impl GpuPast {
     pub fn upload(gpu: &Gpu, past: &History) -> GpuResult<Self> {
         let (w, h) = past.signal.size();
         let value = Image::from_fn(w, h, |x, y| past.signal.get(x, y).extend(past.variance.get(x, y)));
-        let thing = Image::from_fn(w, h, |x, y| UVec2::new(past.thing.get(x, y) & THING, past.length.get(x, y)));
+        let thing = Image::from_fn(w, h, |x, y| UVec2::new(past.thing.get(x, y) & THING, past.frames.get(x, y).to_bits()));
         let surface = upload_surface(gpu, &past.normal, &past.depth)?;
         Ok(Self { value: gpu.upload(&value)?, surface, thing: gpu.upload(&thing)? })
     }
 }
 
 /// [`super::accumulate`] of pictures on the GPU: the accumulated value with the variance of one frame's luminance, as
-/// [`GpuPast::value`], and the number of frames. `previous` has each point's place in the previous frame and its distance from
+/// [`GpuPast::value`], and [`History::frames`]. `previous` has each point's place in the previous frame and its distance from
 /// the previous camera.
 ///
 /// # Errors
@@ -141,18 +143,19 @@ pub fn accumulate(
     measured: Option<&GpuImage<f32>>,
     signal: &GpuImage<Vec3>,
     past: Option<&GpuPast>,
-) -> GpuResult<(GpuImage<Vec4>, GpuImage<u32>)> {
+) -> GpuResult<(GpuImage<Vec4>, GpuImage<f32>)> {
     params.check()?;
     let rows = signal.rows();
     signal.check_like("surface", &surface.surface)?;
     signal.check_like("place in the previous frame", previous)?;
     let clamped = past.is_some() && params.clamp.is_finite();
     let reach = if clamped { params.clamp } else { 0.0 };
-    let uniform = Temporal { rows, blend: params.blend, depth: params.depth, normal: params.normal, reach };
+    let (blend, still) = (params.blend_of(false) as f32, params.blend_of(true) as f32);
+    let uniform = Temporal { rows, blend, still, depth: params.depth, normal: params.normal, reach };
     let run = |entry, constants: &[_], buffers: &[_]| {
         gpu.dispatch(&Kernel { shader: &SHADER, entry, constants }, bytemuck::bytes_of(&uniform), buffers, rows.groups())
     };
-    let (known, known_frames) = (gpu.image::<Vec4>(rows)?, gpu.image::<u32>(rows)?);
+    let (known, known_frames) = (gpu.image::<Vec4>(rows)?, gpu.image::<f32>(rows)?);
     let constants = constants(params.wrap, past.is_some(), clamped, measured.is_some());
     let shown = [(2, surface.surface.buffer()), (3, surface.thing.buffer())];
     if let Some(past) = past {
@@ -215,17 +218,17 @@ pub fn accumulate_picture(
     let past = history.as_ref().filter(|past| past.signal.size() == signal.size());
     let past = past.map(|past| GpuPast::upload(gpu, past)).transpose()?;
     let (accumulated, frames) = accumulate(gpu, params, &surface, &previous, measured.as_ref(), &source, past.as_ref())?;
-    let (values, length) = (gpu.read(&accumulated)?, gpu.read(&frames)?);
+    let (values, frames) = (gpu.read(&accumulated)?, gpu.read(&frames)?);
     *signal = values.map(Vec4::truncate);
     let variance = values.map(|v| v.w);
-    let now = Image::par_from_fn(w, h, |x, y| variance.get(x, y) * params.remaining(length.get(x, y)) as f32);
+    let now = Image::par_from_fn(w, h, |x, y| variance.get(x, y) / frames.get(x, y).max(1.0));
     *history = Some(History {
         signal: signal.clone(),
         variance,
         depth: guides.depth.clone(),
         normal: guides.normal.clone(),
         thing: guides.thing.clone(),
-        length,
+        frames,
     });
     Ok(now)
 }

@@ -3,13 +3,15 @@
 //! Each pixel asks where its point was in the previous frame. The four texels around that place take part if they show the
 //! same surface: the same thing, at the distance expected, turned the same way. What they know is corrected by what the new
 //! frame shows around the pixel, which ends ghosts of shadows and reflections that no motion vector follows, and blended with
-//! the new value. A pixel's first frames count equally, then the new one counts [`Params::blend`].
+//! the new value. A pixel's first frames count equally, then the new one counts [`Params::blend`], or [`Params::still`].
 //!
 //! *Departure*: the paper accumulates what it has filtered, and clamps history to the range of the neighbours. The filter then
 //! has one frame to tell shadows from noise, and blurs what many frames would show. Here history is of unfiltered values, with
 //! the variance from which the filter learns how much is left to do ([`crate::atrous`]). The range of unfiltered neighbours says
 //! nothing of them; so history and new frame are compared by their means over 7×7 pixels, and history is moved by as much
 //! of the difference as noise does not explain. Pixels without noise, those of mirrors, are clamped to their neighbours' range.
+//! The paper's tenth leaves 1/4.4 of a frame's noise, however long nothing moves. As changes of the light are found by that
+//! comparison, points that stay at their pixel can be remembered longer: [`Params::still`].
 
 mod cpu;
 #[cfg(feature = "gpu")]
@@ -27,6 +29,9 @@ pub struct Params {
     /// Weight of the new frame once a pixel has 1/blend frames, (0, 1]. Lower is smoother and lags longer. Default 0.1 (the
     /// paper's).
     pub blend: f32,
+    /// The same where the point stays at its pixel and the light on it has not changed beyond noise; larger than `blend`, it
+    /// counts as that. Default 1/32: a second of video; noise falls to 1/8.
+    pub still: f32,
     /// Largest relative difference between the distance a point should have had and the one that was seen. Default 0.05.
     pub depth: f32,
     /// Least cosine between the normals. Default 0.9.
@@ -39,7 +44,7 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self { wrap: false, blend: 0.1, depth: 0.05, normal: 0.9, clamp: 2.0 }
+        Self { wrap: false, blend: 0.1, still: 1.0 / 32.0, depth: 0.05, normal: 0.9, clamp: 2.0 }
     }
 }
 
@@ -73,20 +78,18 @@ impl Params {
         if !(self.blend > 0.0 && self.blend <= 1.0) {
             return Err(Error::argument(format!("temporal filter: blend is {}; give a value in (0, 1]", self.blend)));
         }
+        if !(self.still > 0.0 && self.still <= 1.0) {
+            return Err(Error::argument(format!("temporal filter: still is {}; give a value in (0, 1]", self.still)));
+        }
         if self.clamp.is_nan() || self.clamp < 0.0 {
             return Err(Error::argument(format!("temporal filter: clamp is {}; give 0 or more", self.clamp)));
         }
         Ok(())
     }
 
-    /// The variance of a mean of `frames` frames, as a share of that of one: the sum of the squares of their weights.
-    fn remaining(&self, frames: u32) -> f64 {
-        let blend = f64::from(self.blend);
-        let equal = (1.0 / blend).floor().max(1.0);
-        let frames = f64::from(frames.max(1));
-        // From then on each frame leaves (1 − blend)² of it and adds blend².
-        let limit = blend / (2.0 - blend);
-        if frames <= equal { 1.0 / frames } else { limit + (1.0 / equal - limit) * (1.0 - blend).powf(2.0 * (frames - equal)) }
+    /// Least weight of the new frame.
+    fn blend_of(&self, still: bool) -> f64 {
+        f64::from(if still { self.still.min(self.blend) } else { self.blend })
     }
 }
 
@@ -124,8 +127,8 @@ pub struct History {
     pub(crate) depth: Image<f32>,
     pub(crate) normal: Image<Vec3>,
     pub(crate) thing: Image<u32>,
-    /// Frames that each pixel's value is made of, 0 where nothing is known.
-    pub(crate) length: Image<u32>,
+    /// See [`Self::frames`].
+    pub(crate) frames: Image<f32>,
 }
 
 impl History {
@@ -134,9 +137,10 @@ impl History {
         &self.signal
     }
 
-    /// Frames that each pixel's value is made of; 0 where nothing is known and the value is 0.
-    pub fn length(&self) -> &Image<u32> {
-        &self.length
+    /// As many frames as each pixel's value is worth: the equal mean of so many would be as noisy. 0 where nothing is known and
+    /// the value is 0.
+    pub fn frames(&self) -> &Image<f32> {
+        &self.frames
     }
 }
 

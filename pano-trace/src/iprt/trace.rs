@@ -6,7 +6,7 @@ use crate::bvh::{InstanceHit, Ray};
 use crate::tracer::{First, Scene, TraceParams, Tracer, Walk};
 use crate::world::{LightSample, RealHit, RealWorld};
 use glam::{UVec2, Vec2, Vec3};
-use pano_core::{color::luminance, image::Image, progress::Progress, random::Sampler};
+use pano_core::{color::luminance, image::Image, progress::Progress, random::Sampler, random::Stream};
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
@@ -253,7 +253,9 @@ impl<W: RealWorld> Pass<'_, W> {
         let mut attempt = 0;
         let mut rays = 0;
         loop {
-            let sampler = Sampler::new(at, index + attempt * samples, self.frame.stream);
+            // Frames go on where the one before ended: what history adds up is stratified as the samples of one frame are.
+            let stream = Stream { frame: attempt, ..self.frame.stream };
+            let sampler = Sampler::new(at, self.frame.stream.frame.wrapping_mul(samples).wrapping_add(index), stream);
             let mut walk = Walk { sampler, rays };
             let [jx, jy, pick, _] = walk.sampler.next_4d();
             let direction = self.frame.camera.direction(at.as_vec2() + Vec2::new(jx, jy));

@@ -234,6 +234,13 @@ impl Objects {
         Arc::ptr_eq(&now.mesh, &then.mesh).then(|| then.world_from_mesh.transform_point3(on_mesh))
     }
 
+    /// Whether these are the objects of `earlier`, where they were.
+    pub fn stand_as(&self, earlier: &Self) -> bool {
+        let same =
+            |now: &Placed, then: &Placed| Arc::ptr_eq(&now.mesh, &then.mesh) && now.world_from_mesh == then.world_from_mesh;
+        self.placed.len() == earlier.placed.len() && self.placed.iter().zip(&earlier.placed).all(|(now, then)| same(now, then))
+    }
+
     /// Everything about the surface at a hit.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &InstanceHit) -> Surface<'_> {

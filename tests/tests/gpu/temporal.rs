@@ -19,7 +19,7 @@ pub(crate) const TESTS: &[Test] = &[
 const ABSOLUTE: f32 = 3e-3;
 const RELATIVE: f32 = 1e-4;
 
-/// A frame with its motion: two pixels to the right and half a one down, with places that were not in sight.
+/// A frame with its motion: two pixels to the right and half a one down, with places that were not in sight and such that stay.
 struct Shown {
     layers: TracedLayers,
     thing: Image<u32>,
@@ -37,6 +37,7 @@ impl Shown {
         let odd = [Vec2::NAN, Vec2::splat(f32::INFINITY), Vec2::new(-1e7, 3.0), Vec2::new(-0.4, -0.4)];
         let previous = Image::from_fn(w, h, |x, y| match random.below(8) {
             0 => odd[random.below(4) as usize],
+            1 | 2 => Vec2::new(x as f32 + 0.5, y as f32 + 0.5),
             _ => Vec2::new(x as f32 - 1.5, y as f32),
         });
         let previous_depth = layers.depth.map(|d| d * 1.01);
@@ -76,7 +77,7 @@ fn equals_the_cpu_over_frames(gpu: &Gpu) {
             let picture = |variance: &Image<f32>| variance.map(Vec3::splat);
             assert_close("variance", &picture(&a), &picture(&b), ABSOLUTE, 1e-3)?;
             let (a, b) = (on_gpu.as_ref().unwrap(), on_cpu.as_ref().unwrap());
-            prop_assert!(a.length() == b.length(), "frame {frame}: the numbers of frames differ");
+            assert_close("frames", &picture(a.frames()), &picture(b.frames()), ABSOLUTE, 1e-3)?;
             prop_assert!(same_bits(a.signal(), &got));
         }
         Ok(())
@@ -100,6 +101,7 @@ fn another_size_begins_anew(gpu: &Gpu) {
         let mut signal = shown.layers.object.clone();
         accumulate_picture(gpu, &Params::default(), &shown.guides(), None, &mut signal, &mut history).unwrap();
         assert!(same_bits(&signal, &shown.layers.object));
-        assert!(history.as_ref().unwrap().length().data().iter().all(|n| *n == 1));
+        let frames = history.as_ref().unwrap().frames();
+        assert!(frames.data().iter().zip(shown.level.data()).all(|(n, level)| *n == 0.25f32.powi(i32::from(*level))));
     }
 }

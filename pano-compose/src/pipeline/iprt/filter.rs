@@ -33,6 +33,8 @@ pub(super) struct Filters<'a> {
     pub(super) samples: u32,
     /// Where points were in the frame before, and how far from the camera; `None`: in no frame.
     pub(super) motion: Option<&'a (Image<glam::Vec2>, Image<f32>)>,
+    /// Nothing moves, so that what mirrors show does not either.
+    pub(super) settled: bool,
     /// Where values of real surfaces were interpolated, and how far: [`temporal::Guides::level`].
     pub(super) level: Option<&'a Image<u8>>,
     /// The view is a whole panorama.
@@ -82,24 +84,24 @@ impl Filters<'_> {
             thing: &self.buffer.thing,
             previous,
             previous_depth,
-            sharp: Some(&self.buffer.smooth),
+            sharp: (!self.settled).then_some(&self.buffer.smooth),
             level: self.level,
         };
         let params = temporal::Params { wrap: self.wrap, ..temporal::Params::default() };
         let few = self.samples < SAMPLES_WITH_VARIANCE;
         let mut variance = self.device.accumulate(self.stage, &params, &guides, measured.filter(|_| !few), signal, history)?;
-        let length = history.as_ref().map(temporal::History::length);
-        let frames = |i: usize| length.map_or(0, |length| length.data()[i]);
+        let known = history.as_ref().map(temporal::History::frames);
+        let frames = |i: usize| known.map_or(0.0, |frames| frames.data()[i]);
         if few {
             let rough = variance.data_mut().iter_mut().enumerate().filter(|(i, _)| !self.buffer.smooth.data()[*i]);
             for (i, variance) in rough {
-                *variance *= (RARE * RARE / frames(i).max(1) as f32).max(1.0);
+                *variance *= (RARE * RARE / frames(i).max(1.0)).max(1.0);
             }
         }
         let mut known = target.clone();
         for (i, (value, known)) in signal.data_mut().iter_mut().zip(known.data_mut()).enumerate() {
             *value *= *known;
-            if frames(i) == 0 {
+            if frames(i) == 0.0 {
                 *known = 0.0;
             }
         }

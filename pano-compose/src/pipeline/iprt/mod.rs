@@ -39,6 +39,9 @@ const SAMPLES_THAT_COVER: u32 = 16;
 /// Points of a pixel that are tried for one that shows what is looked for: at a coverage of 1/16 two in three are found.
 const ATTEMPTS: u32 = 16;
 
+/// When nothing has moved for so many frames, mirrors show what they showed: in the first, history still holds what did.
+const SETTLED: u32 = 2;
+
 /// One of something for each signal that is traced, filtered and remembered.
 #[derive(Clone, Debug, Default)]
 struct Signals<T> {
@@ -71,6 +74,8 @@ struct Stages<'a> {
     coverage: Option<Image<f32>>,
     /// Where the pixels' points were in the frame before, and how far away.
     motion: Option<(Image<glam::Vec2>, Image<f32>)>,
+    /// Frames since anything has moved.
+    still: u32,
     /// The picture from which irradiance is found.
     lit: &'a RadianceImage,
     pixels: u64,
@@ -118,6 +123,7 @@ pub(super) fn trace(
         },
         coverage: few.then(|| buffer.coverage(&traced, world.as_ref())),
         motion: past_frame.as_ref().map(|p| iprt::motion(&buffer, &frame.camera, frame.objects, &p.earlier)),
+        still: past_frame.as_ref().map_or(0, |p| p.still_until(frame)),
         buffer,
         lit: lighting.as_ref().unwrap_or(&photo),
         pixels: (w * h) as u64,
@@ -178,14 +184,15 @@ pub(super) fn trace(
         depth: stages.buffer.depth,
         normal: stages.buffer.normal,
     };
-    *past = Some(State::new(frame, histories, real.update, active));
+    *past = Some(State::new(frame, stages.still, histories, real.update, active));
     Ok(Filtered { photo, layers, irradiance: Some(real.irradiance), shadows: Vec::new() })
 }
 
 impl Stages<'_> {
     fn filters<'a>(&'a self, samples: u32, device: &'a mut Device, stage: &'static str) -> Filters<'a> {
         let wrap = self.frame.camera.projection == Projection::Panorama;
-        Filters { buffer: &self.buffer, samples, motion: self.motion.as_ref(), level: None, wrap, device, stage }
+        let (motion, settled) = (self.motion.as_ref(), self.still >= SETTLED);
+        Filters { buffer: &self.buffer, samples, motion, settled, level: None, wrap, device, stage }
     }
 
     /// The first pass with all that belongs to it, in a world as `known` so far.

@@ -17,6 +17,9 @@ const STRIDE: usize = 7;
 pub(crate) struct State {
     frame: u32,
     radiance: Arc<RadianceImage>,
+    depth: Option<Arc<Image<f32>>>,
+    /// Frames since anything has moved.
+    pub(super) still: u32,
     pub(super) earlier: Earlier,
     pub(super) histories: Histories,
     /// What is known of the panorama's surfaces.
@@ -26,11 +29,13 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Of a frame that has just been rendered.
-    pub(super) fn new(frame: &Frame<'_>, histories: Histories, update: Update, active: Image<u32>) -> Self {
+    /// Of a frame that has just been rendered, nothing having moved for `still` frames.
+    pub(super) fn new(frame: &Frame<'_>, still: u32, histories: Histories, update: Update, active: Image<u32>) -> Self {
         Self {
             frame: frame.options.frame,
             radiance: frame.inputs.radiance().clone(),
+            depth: frame.inputs.depth.clone(),
+            still,
             earlier: Earlier { camera: frame.camera, objects: frame.objects.clone() },
             histories,
             update,
@@ -44,6 +49,17 @@ impl State {
         frame.options.frame == self.frame + 1
             && same_size(&self.earlier.camera, &frame.camera)
             && !is_cut(&self.radiance, frame.inputs.radiance())
+    }
+
+    /// How many frames nothing will have moved for in `frame`, the next one.
+    pub(super) fn still_until(&self, frame: &Frame<'_>) -> u32 {
+        let same_depth = match (&self.depth, &frame.inputs.depth) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        let same_world = same_depth && Arc::ptr_eq(&self.radiance, frame.inputs.radiance());
+        let same = same_world && self.earlier.camera == frame.camera && frame.objects.stand_as(&self.earlier.objects);
+        if same { self.still.saturating_add(1) } else { 0 }
     }
 }
 
