@@ -51,13 +51,18 @@ pub(super) struct Met {
 }
 
 /// How objects change a real surface.
+#[derive(Default)]
 pub(super) struct Change {
     /// Irradiance without them.
-    without: Vec3,
+    pub(super) without: Vec3,
     /// What they change of it.
-    irradiance: Vec3,
-    /// What they change of its mirror image.
-    mirrored: Vec3,
+    pub(super) irradiance: Vec3,
+    /// What the surface mirrors of lights without them.
+    pub(super) highlight: Vec3,
+    /// What they change of that.
+    pub(super) dimmed: Vec3,
+    /// What they change of its mirror image of everything else.
+    pub(super) mirrored: Vec3,
 }
 
 impl Change {
@@ -68,9 +73,16 @@ impl Change {
             let most = cap * FRAC_1_PI * c.abs();
             if e > 0.0 { (l * (c / e).max(-1.0)).clamp(-most, most) } else { 0.0 }
         };
-        // A mirrored light is where the lobe meets it, which the picture may show elsewhere: no more can go than is there.
         let (l, e, c) = (radiance, self.without, self.irradiance);
-        (Vec3::new(one(l.x, e.x, c.x), one(l.y, e.y, c.y), one(l.z, e.z, c.z)) + self.mirrored).max(-radiance)
+        let diffuse = Vec3::new(one(l.x, e.x, c.x), one(l.y, e.y, c.y), one(l.z, e.z, c.z));
+        (diffuse + self.dimmed * self.is_shown(radiance) + self.mirrored).max(-radiance)
+    }
+
+    /// How far a picture with `radiance` here can show the highlight, [0, 1]: one brighter than the picture is not in it, and must
+    /// not be taken from it. The square makes what is taken fall from there on.
+    fn is_shown(&self, radiance: Vec3) -> f32 {
+        let (shown, told) = (luminance(radiance), luminance(self.highlight));
+        if told > shown { (shown.max(0.0) / told).powi(2) } else { 1.0 }
     }
 }
 
@@ -302,7 +314,8 @@ impl<W: RealWorld> Shader<'_, W> {
             None => {
                 let change = self.change(ray, hit, Real::Always, path, trail);
                 let irradiance = change.without + change.irradiance;
-                (world.reflectance(hit) * FRAC_1_PI * irradiance + change.mirrored).max(Vec3::ZERO)
+                let mirrored = change.highlight + change.dimmed + change.mirrored;
+                (world.reflectance(hit) * FRAC_1_PI * irradiance + mirrored).max(Vec3::ZERO)
             }
         }
     }
@@ -326,7 +339,7 @@ impl<W: RealWorld> Shader<'_, W> {
                 *lit = self.lit(i, &toward, &point, &path.media, (real, turns.of(i)), trail);
             }
         }
-        let mut change = Change { without: Vec3::ZERO, irradiance: Vec3::ZERO, mirrored: Vec3::ZERO };
+        let mut change = Change::default();
         if real == Real::Always || lits.iter().any(|lit| lit.reaches != Vec3::splat(lit.open)) {
             change.without = self.ambient(hit.normal) * PI;
             for (i, (source, lit)) in self.lights.iter().zip(lits).enumerate() {
@@ -335,10 +348,12 @@ impl<W: RealWorld> Shader<'_, W> {
                 // Something is blocked: now it counts how much of the other lights arrives at all.
                 let unasked = real == Real::IfObjectsDo && lit == Lit::FULLY && irradiance != Vec3::ZERO;
                 let open = if unasked { self.open(&toward, &point, turns.of(i), trail) } else { lit.open };
+                let highlight = self.highlight(ray, hit, &toward, &path);
                 change.without += irradiance * open;
+                change.highlight += highlight * open;
                 if !unasked {
                     change.irradiance += irradiance * (lit.reaches - lit.open);
-                    change.mirrored += self.highlight(ray, hit, &toward, &path) * (lit.reaches - lit.open);
+                    change.dimmed += highlight * (lit.reaches - lit.open);
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use super::super::lights::Pattern;
 use super::super::media::{Media, refracted};
-use super::super::shade::Shader;
+use super::super::shade::{Change, Shader};
 use super::super::trail::{Path, Trail};
 use super::*;
 use crate::bsdf::dielectric;
@@ -374,6 +374,19 @@ fn objects_show_in_glossy_real_surfaces_and_those_in_objects() {
     };
     assert!(largest_difference(&seen(0.0, 4), &seen(1.0, 4)) < 0.2, "a mirror image in a mirror image");
     assert_eq!(largest_difference(&seen(0.0, 1), &seen(1.0, 1)), 0.0, "not followed so far");
+}
+
+/// A shadow takes a highlight that the picture has; of one brighter than the picture, which is not in it, less the brighter it is.
+#[test]
+fn a_highlight_that_is_not_in_the_picture_is_not_taken_from_it() {
+    let lost = |picture: f32, highlight: f32| {
+        let highlight = Vec3::splat(highlight);
+        let change = Change { without: Vec3::ONE, highlight, dimmed: -highlight, ..Change::default() };
+        -change.of(Vec3::splat(picture), 0.9).y
+    };
+    for (picture, highlight, expected) in [(1.0, 0.3, 0.3), (1.0, 1.0, 1.0), (1.0, 2.0, 0.5), (1.0, 10.0, 0.1), (0.0, 1.0, 0.0)] {
+        assert!((lost(picture, highlight) - expected).abs() < 1e-6, "{highlight} on {picture}: {}", lost(picture, highlight));
+    }
 }
 
 proptest! {
