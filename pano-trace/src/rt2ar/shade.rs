@@ -57,11 +57,11 @@ pub(super) struct Change {
     pub(super) without: Vec3,
     /// What they change of it.
     pub(super) irradiance: Vec3,
-    /// What the surface mirrors of lights without them.
+    /// What the surface mirrors without them: of lights, and of what they hide.
     pub(super) highlight: Vec3,
     /// What they change of that.
     pub(super) dimmed: Vec3,
-    /// What they change of its mirror image of everything else.
+    /// What it mirrors of them.
     pub(super) mirrored: Vec3,
 }
 
@@ -78,11 +78,12 @@ impl Change {
         (diffuse + self.dimmed * self.is_shown(radiance) + self.mirrored).max(-radiance)
     }
 
-    /// How far a picture with `radiance` here can show the highlight, [0, 1]: one brighter than the picture is not in it, and must
-    /// not be taken from it. The square makes what is taken fall from there on.
+    /// How far a picture with `radiance` here can show the highlight, [0, 1]: one brighter than the picture in any channel is not
+    /// in it, and must not be taken from it. The square makes what is taken fall from there on.
     fn is_shown(&self, radiance: Vec3) -> f32 {
-        let (shown, told) = (luminance(radiance), luminance(self.highlight));
-        if told > shown { (shown.max(0.0) / told).powi(2) } else { 1.0 }
+        let share = |shown: f32, told: f32| if told > shown { (shown.max(0.0) / told).powi(2) } else { 1.0 };
+        let (l, h) = (radiance, self.highlight);
+        share(l.x, h.x).min(share(l.y, h.y)).min(share(l.z, h.z))
     }
 }
 
@@ -357,7 +358,11 @@ impl<W: RealWorld> Shader<'_, W> {
                 }
             }
         }
-        change.mirrored += self.gloss(ray, hit, origin, path, trail);
+        if let Some((before, after)) = self.gloss(ray, hit, origin, path, trail) {
+            change.highlight += before;
+            change.dimmed -= before;
+            change.mirrored += after;
+        }
         change
     }
 
@@ -377,13 +382,13 @@ impl<W: RealWorld> Shader<'_, W> {
         weight * self.unshadowed(toward, hit.normal, lobe)
     }
 
-    /// Change of the mirror image in a real surface but for what is mirrored of the lights: of these [`Self::lit`] knows better
-    /// than one ray how much the objects hide.
-    fn gloss(&self, ray: &Ray, hit: &RealHit, origin: Vec3, path: Path, trail: &mut Trail) -> Vec3 {
+    /// What a real surface mirrors without and with the object that a ray of its lobe meets, but for what it mirrors of the
+    /// lights: of these [`Self::lit`] knows better than one ray how much the objects hide.
+    fn gloss(&self, ray: &Ray, hit: &RealHit, origin: Vec3, path: Path, trail: &mut Trail) -> Option<(Vec3, Vec3)> {
         let params = self.params;
         let weight = self.gloss_weight(ray, hit, &path);
         if weight <= 0.0 {
-            return Vec3::ZERO;
+            return None;
         }
         let axis = mirrored(ray.direction, hit.normal);
         let direction = lobe_direction(axis, params.gloss_roughness, trail.walk.sampler.next_2d());
@@ -393,11 +398,11 @@ impl<W: RealWorld> Shader<'_, W> {
         });
         let onward = path.onward(path.media, Vec3::splat(weight), beam);
         if direction.dot(hit.normal) <= 0.0 || onward.weight < LEAST_WEIGHT {
-            return Vec3::ZERO;
+            return None;
         }
         let ray = Ray::new(origin, direction);
         let met = self.meet(&ray, path.media, true, W::surface, &mut trail.walk.rays);
-        let First::Object(object) = met.first else { return Vec3::ZERO };
+        let First::Object(object) = met.first else { return None };
         let radiance = met.left * self.object(&ray, &object, Path { media: met.media, ..onward }, trail);
         trail.walk.rays += 1;
         let behind = match self.tracer.world.hit(&ray) {
@@ -405,7 +410,7 @@ impl<W: RealWorld> Shader<'_, W> {
             None => self.tracer.world.infinity(direction),
         };
         let lamp = luminance(behind) / self.brightest;
-        (radiance - behind / lamp.max(1.0)) * weight
+        Some((behind * weight / lamp.max(1.0), radiance * weight))
     }
 }
 

@@ -387,6 +387,10 @@ fn a_highlight_that_is_not_in_the_picture_is_not_taken_from_it() {
     for (picture, highlight, expected) in [(1.0, 0.3, 0.3), (1.0, 1.0, 1.0), (1.0, 2.0, 0.5), (1.0, 10.0, 0.1), (0.0, 1.0, 0.0)] {
         assert!((lost(picture, highlight) - expected).abs() < 1e-6, "{highlight} on {picture}: {}", lost(picture, highlight));
     }
+    // White light is not in a picture that has less blue: taking it would leave a saturated patch.
+    let white = Change { without: Vec3::ONE, highlight: Vec3::splat(0.5), dimmed: Vec3::splat(-0.5), ..Change::default() };
+    let left = white.of(Vec3::new(1.0, 0.8, 0.25), 0.9);
+    assert!(left.abs_diff_eq(Vec3::splat(-0.125), 1e-6), "{left}");
 }
 
 proptest! {
