@@ -160,7 +160,11 @@ proptest! {
     fn lights_turn_with_the_panorama(lamps in any_lamps(), yaw in -180.0f32..180.0) {
         let turned: Vec<Lamp> = lamps.iter().map(|l| Lamp { yaw: l.yaw + yaw, ..*l }).collect();
         let (a, b) = (found(&sky(600, &lamps)), found(&sky(600, &turned)));
-        prop_assert!((a.threshold / b.threshold - 1.0).abs() < 0.01, "{} {}", a.threshold, b.threshold);
+        // Where pixels cut the rim of a lamp changes the deviation of all of them: the more, the fewer pixels it has (in 3000
+        // random cases by 0.047 over its radius in pixels).
+        let smallest = lamps.iter().map(|l| f64::from(l.radius) * 600.0 / 360.0).fold(f64::INFINITY, f64::min);
+        let off = (a.threshold / b.threshold - 1.0).abs();
+        prop_assert!(off < 0.01f64.max(0.06 / smallest), "{} {}, {smallest} pixels", a.threshold, b.threshold);
         let rotation = glam::Quat::from_rotation_y(-yaw.to_radians());
         let strongest = a.lights[0];
         let nearest = b.lights.iter().min_by(|p, q| {
