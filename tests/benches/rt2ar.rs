@@ -5,8 +5,7 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::{Affine3A, Vec3};
 use pano_core::builtin::primitives;
-use pano_core::material::Material;
-use pano_tests::scenes::{LitScene, furnished_table, knot_on_a_table, placed, prepared, table_under_a_lamp};
+use pano_tests::scenes::{LitScene, clay, furnished_table, knot_on_a_table, placed, prepared, table_under_a_lamp};
 use pano_trace::rt2ar::{Params, Rendered, Shadow};
 use pano_trace::world::CapturedWorld;
 use std::sync::LazyLock;
@@ -47,14 +46,27 @@ fn timed(scene: &LitScene<CapturedWorld>, change: impl Fn(&mut Params<'_>)) -> (
     (rendered, clock() - begin)
 }
 
+/// The fastest of [`RUNS`] of each of N frames, in turn.
+fn fastest<const N: usize>(frame: impl Fn(usize) -> (Rendered, f64)) -> [(Rendered, f64); N] {
+    let mut best = std::array::from_fn(&frame);
+    for _ in 1..RUNS {
+        for (i, best) in best.iter_mut().enumerate() {
+            let again = frame(i);
+            if again.1 < best.1 {
+                *best = again;
+            }
+        }
+    }
+    best
+}
+
 /// Its name, and how it changes the defaults.
 type Kind<'a> = (&'a str, &'a dyn Fn(&mut Params<'_>));
 
 fn survey(scene: &LitScene<CapturedWorld>) {
     println!("| samples | shadows | rays | ms | ratio of rays | of times | penumbra missed |");
     println!("|--:|---|--:|--:|--:|--:|--:|");
-    let none = (0..RUNS).map(|_| timed(scene, |p| (p.samples, p.shadows) = (PRIMARY, false)));
-    let (none, ms) = none.min_by(|a, b| a.1.total_cmp(&b.1)).expect("there are runs");
+    let [(none, ms)] = fastest(|_| timed(scene, |p| (p.samples, p.shadows) = (PRIMARY, false)));
     println!("| | none | {} | {ms:.0} | | | |", none.traced.rays);
     for samples in [20, 50] {
         let kinds: [Kind<'_>; 3] = [
@@ -65,16 +77,7 @@ fn survey(scene: &LitScene<CapturedWorld>) {
             }),
             ("and neighbours", &|p| adaptive(p, samples)),
         ];
-        let mut best: [Option<(Rendered, f64)>; 3] = [const { None }; 3];
-        for _ in 0..RUNS {
-            for ((_, change), best) in kinds.iter().zip(&mut best) {
-                let run = timed(scene, change);
-                if best.as_ref().is_none_or(|b| run.1 < b.1) {
-                    *best = Some(run);
-                }
-            }
-        }
-        let best = best.map(|b| b.expect("there are runs"));
+        let best: [_; 3] = fastest(|i| timed(scene, kinds[i].1));
         let (all, all_ms) = &best[0];
         for ((name, _), (rendered, ms)) in kinds.iter().zip(&best) {
             let rays = rendered.traced.rays;
@@ -85,37 +88,22 @@ fn survey(scene: &LitScene<CapturedWorld>) {
     }
 }
 
-/// The fastest of [`RUNS`] of each scene in turn, with 4 or 16 primary rays a pixel.
-fn fastest(scenes: &[LitScene<CapturedWorld>], primary: u32) -> Vec<(Rendered, f64)> {
-    let mut runs: Vec<_> =
-        (0..RUNS).map(|_| scenes.iter().map(|s| timed(s, |p| p.samples = primary)).collect::<Vec<_>>()).collect();
-    let mut best = runs.pop().expect("there are runs");
-    for run in runs.into_iter().flat_map(|run| run.into_iter().enumerate()) {
-        let (i, run) = run;
-        if run.1 < best[i].1 {
-            best[i] = run;
-        }
-    }
-    best
-}
-
 /// Knots of so many triangles at one place; a ball of one hundredth of the picture, and one that fills it.
 fn sizes() {
-    let clay = || Material::diffuse(Vec3::new(0.72, 0.34, 0.22));
-    let meshes = [(300, 24), (3700, 300)].map(|(along, around)| primitives::torus_knot(2, 3, 0.12, 0.035, along, around));
-    let triangles = meshes.each_ref().map(|mesh| mesh.triangles.len());
-    let place = Affine3A::from_translation(Vec3::new(0.0, 0.87, -1.2));
-    let knots = meshes.map(|mesh| table_under_a_lamp(&[placed(&prepared(mesh), place, clay())], 320, 240));
+    let parts = [(300, 24), (3700, 300)];
+    let knots = parts.map(|parts| knot_on_a_table(parts, 320, 240));
     println!("| triangles | rays | ms |\n|--:|--:|--:|");
-    for (triangles, (rendered, ms)) in triangles.iter().zip(fastest(&knots, PRIMARY)) {
-        println!("| {triangles} | {} | {ms:.0} |", rendered.traced.rays);
+    let runs: [_; 2] = fastest(|i| timed(&knots[i], |p| p.samples = PRIMARY));
+    for ((along, around), (rendered, ms)) in parts.iter().zip(runs) {
+        println!("| {} | {} | {ms:.0} |", 2 * along * around, rendered.traced.rays);
     }
     let balls = [(0.075, Vec3::new(0.0, 0.775, -1.2)), (0.75, Vec3::new(0.0, 0.75, -1.2))].map(|(radius, at)| {
         let ball = placed(&prepared(primitives::icosphere(radius, 5)), Affine3A::from_translation(at), clay());
         table_under_a_lamp(&[ball], 320, 240)
     });
     println!("| share of the picture | rays | ms |\n|--:|--:|--:|");
-    for (rendered, ms) in fastest(&balls, 16) {
+    let runs: [_; 2] = fastest(|i| timed(&balls[i], |p| p.samples = 16));
+    for (rendered, ms) in runs {
         let coverage = rendered.traced.layers.coverage.data();
         let share = 100.0 * coverage.iter().sum::<f32>() / coverage.len() as f32;
         println!("| {share:.1} % | {} | {ms:.0} |", rendered.traced.rays);
@@ -125,7 +113,7 @@ fn sizes() {
 fn shadows(c: &mut Criterion) {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("nothing has run in parallel yet");
     rayon::scope(|_| sizes());
-    let scene = knot_on_a_table(400, 300);
+    let scene = knot_on_a_table((300, 24), 400, 300);
     for (name, scene) in [("a knot on a table", &scene), ("four objects", &furnished_table(400, 300))] {
         println!("{name}");
         rayon::scope(|_| survey(scene));

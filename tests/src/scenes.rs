@@ -274,11 +274,16 @@ pub fn table_under_a_lamp(objects: &[Placement], width: usize, height: usize) ->
     LitScene::new(scene, &radiance, capture)
 }
 
-/// A teapot-sized knot of clay on that table, as in the paper's figure 12.
-pub fn knot_on_a_table(width: usize, height: usize) -> LitScene<CapturedWorld> {
-    let knot = prepared(primitives::torus_knot(2, 3, 0.12, 0.035, 300, 24));
+/// Matt and reddish.
+pub fn clay() -> Material {
+    Material::diffuse(Vec3::new(0.72, 0.34, 0.22))
+}
+
+/// A teapot-sized knot of clay on that table, as in the paper's figure 12, of twice (along · around) triangles.
+pub fn knot_on_a_table((along, around): (usize, usize), width: usize, height: usize) -> LitScene<CapturedWorld> {
+    let knot = prepared(primitives::torus_knot(2, 3, 0.12, 0.035, along, around));
     let place = Affine3A::from_translation(Vec3::new(0.0, 0.87, -1.2));
-    table_under_a_lamp(&[placed(&knot, place, Material::diffuse(Vec3::new(0.72, 0.34, 0.22)))], width, height)
+    table_under_a_lamp(&[placed(&knot, place, clay())], width, height)
 }
 
 /// A knot, a teapot-sized figure of clay, a mirror ball and a glass ball on that table: a fifth of the view.
@@ -286,10 +291,10 @@ pub fn furnished_table(width: usize, height: usize) -> LitScene<CapturedWorld> {
     let at = |x: f32, y: f32, z: f32| Affine3A::from_translation(Vec3::new(x, 0.7 + y, -1.2 + z));
     let knot = primitives::torus_knot(2, 3, 0.12, 0.035, 300, 24);
     let ball = prepared(primitives::icosphere(0.09, 5));
-    let clay = prepared(primitives::rounded_box(Vec3::new(0.18, 0.24, 0.18), 0.04, 6));
+    let figure = prepared(primitives::rounded_box(Vec3::new(0.18, 0.24, 0.18), 0.04, 6));
     let objects = [
         placed(&prepared(knot), at(0.05, 0.17, -0.05), Material::metal(Vec3::new(0.93, 0.66, 0.42), 0.3)),
-        placed(&clay, at(-0.38, 0.12, 0.0), Material::diffuse(Vec3::new(0.72, 0.34, 0.22))),
+        placed(&figure, at(-0.38, 0.12, 0.0), clay()),
         placed(&ball, at(0.38, 0.09, 0.12), Material::metal(Vec3::splat(0.95), 0.0)),
         placed(&ball, at(-0.12, 0.09, 0.25), Material::glass(1.5, 0.0)),
     ];

@@ -240,6 +240,19 @@ fn ghosts_leave_noise() {
     assert!(corrected < 0.2 && plain > 0.45, "{corrected} {plain}");
 }
 
+/// Where lamps go out, their neighbourhood has lost more than the dark pixels beside them ever had.
+#[test]
+fn a_lamp_that_goes_out_makes_no_dark_pixel_negative() {
+    let scene = Scene::still(16, 16);
+    let mut history = None;
+    for frame in 0..24 {
+        let lit = if frame < 20 { 100.0 } else { 0.1 };
+        let mut signal = Image::from_fn(16, 16, |x, _| Vec3::splat(if x < 8 { lit } else { 0.1 }));
+        accumulate(&Params::default(), &scene.guides(), None, &mut signal, &mut history).unwrap();
+        assert!(signal.data().iter().all(|v| v.x > 0.099), "frame {frame}");
+    }
+}
+
 /// What moves in a mirror has no motion vector, and no noise either: history stays within the range of the neighbours.
 #[test]
 fn mirrors_are_clamped_to_their_neighbours() {

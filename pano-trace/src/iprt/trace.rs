@@ -254,6 +254,7 @@ impl<W: RealWorld> Pass<'_, W> {
         let mut rays = 0;
         loop {
             // Frames go on where the one before ended: what history adds up is stratified as the samples of one frame are.
+            // Attempts are streams of their own, or they would repeat the next frames' samples.
             let stream = Stream { frame: attempt, ..self.frame.stream };
             let sampler = Sampler::new(at, self.frame.stream.frame.wrapping_mul(samples).wrapping_add(index), stream);
             let mut walk = Walk { sampler, rays };

@@ -90,8 +90,8 @@ impl Filters<'_> {
         let params = temporal::Params { wrap: self.wrap, ..temporal::Params::default() };
         let few = self.samples < SAMPLES_WITH_VARIANCE;
         let mut variance = self.device.accumulate(self.stage, &params, &guides, measured.filter(|_| !few), signal, history)?;
-        let known = history.as_ref().map(temporal::History::frames);
-        let frames = |i: usize| known.map_or(0.0, |frames| frames.data()[i]);
+        let remembered = history.as_ref().map(temporal::History::frames);
+        let frames = |i: usize| remembered.map_or(0.0, |frames| frames.data()[i]);
         if few {
             let rough = variance.data_mut().iter_mut().enumerate().filter(|(i, _)| !self.buffer.smooth.data()[*i]);
             for (i, variance) in rough {
