@@ -1,6 +1,6 @@
 //! Frames of the methods that make their layers in one go, each frame by itself: the path tracers and mr360.
 
-use super::bounds::{leave_no_less_than_black, objects_are_not_darker_than_black};
+use super::bounds::{leave_no_less_than_black, objects_are_not_darker_than_black, spread_what_sticks_out};
 use super::device::Device;
 use super::frame::{Filtered, Frame, View};
 use super::view::{rescale_delta, rescale_error};
@@ -79,6 +79,7 @@ pub(super) fn trace(
         progress.begin("denoise", 1);
         let wrap = frame.camera.projection == Projection::Panorama;
         leave_no_less_than_black(&mut layers, &view.photo);
+        spread_what_sticks_out(&mut layers, &view.photo, wrap);
         objects_are_not_darker_than_black(&mut layers);
         let params = cross_bilateral::Params { wrap, delta_passes: frame.options.settings.delta_passes, ..Default::default() };
         let report = device.denoise(&params, &mut layers)?;

@@ -4,8 +4,8 @@ use super::knobs::{KNOBS, Knob, Scope};
 use super::{Choice, Row, TradeoffParams, Truth, suitable};
 use crate::exposure::{encoded, exposed, white_of};
 use crate::pipeline::{
-    Clock, Error, Frame, Inputs, Loader, RenderOptions, Rendered, Result, World, build_world, prepare_objects, resolve_method,
-    shrunk,
+    Clock, Error, Frame, Inputs, Loader, RenderOptions, Rendered, Result, Settings, World, build_world, prepare_objects,
+    resolve_method, shrunk,
 };
 use glam::Vec3;
 use pano_core::{
@@ -15,7 +15,7 @@ use pano_core::{
     progress::Progress,
     scene::{Method, Scene},
 };
-use pano_trace::{objects::Objects, world::CapturedOptions};
+use pano_trace::objects::Objects;
 use std::borrow::Cow;
 use std::time::Instant;
 
@@ -38,7 +38,9 @@ pub(super) struct Bench<'a> {
 }
 
 struct Prepared {
-    options: CapturedOptions,
+    /// Each method asks for its own preparation.
+    method: Method,
+    settings: Settings,
     world: World,
     ms: f64,
 }
@@ -214,18 +216,18 @@ impl<'a> Bench<'a> {
 
     fn render(&mut self, choice: &Choice, seed: u32, progress: &dyn Progress) -> Result<(Rendered, f64)> {
         let settings = choice.settings()?;
-        let prepared = match self.world.take() {
-            Some(prepared) if prepared.options == settings.captured => prepared,
-            _ => {
-                let begin = Instant::now();
-                let world = build_world(&self.scene, &self.inputs, &self.objects, &settings, &mut Vec::new(), progress)?;
-                Prepared { options: settings.captured, world, ms: begin.elapsed().as_secs_f64() * 1e3 }
-            }
-        };
         let mut scene = Scene::clone(&self.scene);
         scene.render.method = choice.method;
         scene.render.samples = choice.samples;
         scene.render.bounces = choice.bounces;
+        let prepared = match self.world.take() {
+            Some(prepared) if prepared.method == choice.method && prepared.settings == settings => prepared,
+            _ => {
+                let begin = Instant::now();
+                let world = build_world(&scene, &self.inputs, &self.objects, &settings, &mut Vec::new(), progress)?;
+                Prepared { method: choice.method, settings, world, ms: begin.elapsed().as_secs_f64() * 1e3 }
+            }
+        };
         let options = RenderOptions { denoise: choice.denoise, seed, settings, ..RenderOptions::default() };
         let rendered =
             Frame::new(&scene, &self.inputs, &self.objects, &prepared.world, &options).render(Clock::new(), progress)?;

@@ -3,7 +3,7 @@
 use super::{Frame, Params, Reach, ScreenObjects, UpdatedWorld};
 use crate::bsdf::concentric_disc;
 use crate::bvh::{InstanceHit, Ray};
-use crate::tracer::{First, Scene, TraceParams, Tracer, Walk};
+use crate::tracer::{First, Lights, Scene, TraceParams, Tracer, Walk};
 use crate::world::{LightSample, RealHit, RealWorld};
 use glam::{UVec2, Vec2, Vec3};
 use pano_core::{color::luminance, image::Image, progress::Progress, random::Sampler, random::Stream};
@@ -124,7 +124,8 @@ pub fn trace_real<W: RealWorld>(
     let (w, h) = (frame.camera.width, frame.camera.height);
     let trace_params = trace_params(params);
     let tracer = Tracer { objects: frame.objects, world, params: &trace_params };
-    let pass = Pass { frame, world, tracer: &tracer, params, screen };
+    let lights = Lights::of(world, frame.camera.position);
+    let pass = Pass { frame, world, tracer: &tracer, lights, params, screen };
     let rows = rows(w, h, "real pixels", progress, |x, y, rays| {
         if wanted(x, y) { pass.real_pixel(UVec2::new(x as u32, y as u32), rays) } else { RealPixel::default() }
     })?;
@@ -154,7 +155,7 @@ pub fn trace_virtual<W: RealWorld>(
     let (w, h) = (frame.camera.width, frame.camera.height);
     let trace_params = trace_params(params);
     let tracer = Tracer { objects: frame.objects, world, params: &trace_params };
-    let pass = Pass { frame, world, tracer: &tracer, params, screen: None };
+    let pass = Pass { frame, world, tracer: &tracer, lights: Lights::default(), params, screen: None };
     let rows = rows(w, h, "virtual pixels", progress, |x, y, rays| pass.virtual_pixel(UVec2::new(x as u32, y as u32), rays))?;
     let rays = rows.iter().map(|r| r.1).sum();
     let pixels = Image::from_vec(w, h, rows.into_iter().flat_map(|r| r.0).collect()).ok()?;
@@ -197,6 +198,7 @@ struct Pass<'a, W> {
     frame: &'a Frame<'a>,
     world: &'a UpdatedWorld<'a, W>,
     tracer: &'a Tracer<'a, UpdatedWorld<'a, W>>,
+    lights: Lights,
     params: &'a Params,
     screen: Option<&'a ScreenObjects>,
 }
@@ -206,7 +208,10 @@ impl<W: RealWorld> Pass<'_, W> {
         let center = Ray::new(self.frame.camera.position, self.frame.camera.direction(at.as_vec2() + 0.5));
         // Where objects take little of the light, fewer samples leave as little noise in the picture; a quarter of them at least
         // measure the irradiance, which is a layer of its own.
-        let thinning = self.world.surface(&center).map_or(1, |hit| self.tracer.thinning(&hit).min(4));
+        let thinning = match self.world.surface(&center) {
+            Some(hit) => self.tracer.thinning(&First::Real(hit), center.direction, &self.lights).min(4),
+            None => 1,
+        };
         let mut pixel = RealPixel { samples: self.params.samples.div_ceil(thinning), ..RealPixel::default() };
         for index in 0..pixel.samples {
             let (mut walk, ray, pick, first) = self.aim(at, index, pixel.samples, |first| matches!(first, First::Real(_)));

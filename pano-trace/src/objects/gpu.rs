@@ -44,7 +44,9 @@ pub(crate) struct PackedObjects {
     pub(crate) emitters: [u32; 2],
     /// The balls around them, four numbers each, and how many there are.
     pub(crate) balls: [u32; 2],
-    /// The same of the clusters.
+    /// Where the boxes of each ball's object begin and how many there are, two words each.
+    pub(crate) boxes: u32,
+    /// The same as `balls`, of the clusters.
     pub(crate) clusters: [u32; 2],
 }
 
@@ -99,6 +101,7 @@ impl Objects {
             objects,
             emitters: self.emitters.pack(words),
             balls: pack_balls(&self.balls, words),
+            boxes: pack_boxes(&self.boxes, words),
             clusters: pack_balls(&self.clusters, words),
         }
     }
@@ -106,12 +109,6 @@ impl Objects {
     /// The hierarchy over them.
     pub(crate) fn tlas(&self) -> &crate::bvh::Tlas {
         &self.tlas
-    }
-
-    /// Whether any surface reflects other than diffusely.
-    pub(crate) fn gloss(&self) -> bool {
-        let glossy = |m: &CompiledMaterial| m.material.metallic > 0.0 || m.coat.is_some();
-        self.placed.iter().flat_map(|p| &p.materials).any(glossy)
     }
 }
 
@@ -171,4 +168,16 @@ fn pack_balls(balls: &[Ball], words: &mut Words) -> [u32; 2] {
         words.number(ball.radius);
     }
     [at, balls.len() as u32]
+}
+
+fn pack_boxes(boxes: &[Vec<[glam::Vec3; 2]>], words: &mut Words) -> u32 {
+    let ranges: Vec<[u32; 2]> = boxes
+        .iter()
+        .map(|boxes| {
+            let at = words.at();
+            boxes.iter().flatten().for_each(|corner| words.vec3(*corner));
+            [at, boxes.len() as u32]
+        })
+        .collect();
+    words.words(ranges.into_flattened())
 }

@@ -1,17 +1,23 @@
 //! The virtual objects of a frame: meshes placed in the world, their materials, their bounds and what they emit.
 
+mod bounds;
 mod differentials;
 mod emitters;
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
 mod surface;
 
+pub(crate) use bounds::Beam;
+pub use bounds::{Ball, MAX_CLUSTERS};
+#[cfg(feature = "gpu")]
+pub(crate) use bounds::{SURROUNDINGS, WIDEST};
 pub use differentials::{Differentials, Neighbours};
 pub use emitters::EmitterSample;
 pub use surface::{Absorption, Body, Surface};
 
 use crate::bsdf::CoatTable;
 use crate::bvh::{Blas, Faces, InstanceHit, Ray, Tlas};
+use bounds::{ball_around, boxes_around, clustered};
 use emitters::Emitters;
 use glam::{Affine3A, Mat3A, Vec2, Vec3};
 use pano_core::{material::Material, mesh::Mesh};
@@ -57,30 +63,6 @@ pub struct Placement {
     pub material: Option<Material>,
 }
 
-/// A ball around an object.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ball {
-    /// World position.
-    pub center: Vec3,
-    /// Metres.
-    pub radius: f32,
-}
-
-impl Ball {
-    /// About the share of the irradiance at a surface point that would come through the ball, [0, 1]: exact for a ball above
-    /// the horizon, more than 0 as long as a part of it is above.
-    pub fn form_factor(&self, at: Vec3, normal: Vec3) -> f32 {
-        let to = self.center - at;
-        let distance = to.length().max(self.radius);
-        let (sine, facing) = (self.radius / distance, to.dot(normal) / distance);
-        // A ball that the horizon cuts counts as if it stood this share of its angle above.
-        if facing <= -sine { 0.0 } else { sine * sine * facing.max(0.3 * sine) }
-    }
-}
-
-/// Largest number of balls that light sampling looks at for each point.
-pub const MAX_CLUSTERS: usize = 8;
-
 #[derive(Clone, Debug)]
 struct CompiledMaterial {
     material: Material,
@@ -106,7 +88,10 @@ pub struct Objects {
     tlas: Tlas,
     placed: Vec<Placed>,
     balls: Vec<Ball>,
+    /// Of each object, in the order of the balls.
+    boxes: Vec<Vec<[Vec3; 2]>>,
     clusters: Vec<Ball>,
+    surroundings: Vec<Ball>,
     emitters: Emitters,
     transmit: bool,
     textured: bool,
@@ -148,7 +133,9 @@ impl Objects {
             })
             .collect();
         let balls: Vec<Ball> = placed.iter().map(ball_around).collect();
+        let boxes = placed.iter().map(boxes_around).collect();
         let clusters = clustered(&balls);
+        let surroundings = clusters.iter().map(Ball::surroundings).collect();
         let emitters = Emitters::new(&placed);
         let transmit = placed.iter().any(|p| p.clear);
         let textures = |m: &Material| {
@@ -157,7 +144,7 @@ impl Objects {
                 .any(|texture| texture.is_some())
         };
         let textured = placed.iter().flat_map(|p| &p.materials).any(|m| textures(&m.material));
-        Self { tlas, placed, balls, clusters, emitters, transmit, textured }
+        Self { tlas, placed, balls, boxes, clusters, surroundings, emitters, transmit, textured }
     }
 
     /// Whether there are none.
@@ -173,6 +160,16 @@ impl Objects {
     /// At most [`MAX_CLUSTERS`] balls that hold all objects.
     pub fn clusters(&self) -> &[Ball] {
         &self.clusters
+    }
+
+    /// Larger balls around [`Self::clusters`], in which most of what the objects change lies.
+    pub(crate) fn surroundings(&self) -> &[Ball] {
+        &self.surroundings
+    }
+
+    /// Whether the bounds of any object reach into `beam`.
+    pub(crate) fn may_be_in(&self, beam: &Beam) -> bool {
+        self.balls.iter().zip(&self.boxes).any(|(ball, boxes)| beam.may_meet(ball, boxes))
     }
 
     /// The nearest object along the ray.
@@ -208,6 +205,12 @@ impl Objects {
     #[inline]
     pub fn clear_on<'a>(&'a self, ray: &'a Ray) -> Faces<'a, impl Fn(u32) -> bool + 'a> {
         self.tlas.faces_among(ray, |i| self.placed[i as usize].clear)
+    }
+
+    /// Whether any surface reflects other than diffusely.
+    pub(crate) fn gloss(&self) -> bool {
+        let glossy = |m: &CompiledMaterial| m.material.metallic > 0.0 || m.coat.is_some();
+        self.placed.iter().flat_map(|p| &p.materials).any(glossy)
     }
 
     /// Whether any object shines.
@@ -279,50 +282,6 @@ where
 {
     let [a, b, c] = values;
     a * (1.0 - w.x - w.y) + b * w.x + c * w.y
-}
-
-/// The ball about the middle of the box that holds every vertex in use.
-fn ball_around(placed: &Placed) -> Ball {
-    let (lo, hi) = placed.mesh.blas.bounds();
-    let center = placed.world_from_mesh.transform_point3(0.5 * (lo + hi));
-    let mesh = &placed.mesh.mesh;
-    let radius2 = mesh
-        .triangles
-        .iter()
-        .flatten()
-        .map(|&v| placed.world_from_mesh.transform_point3(mesh.positions[v as usize]).distance_squared(center))
-        .fold(0.0, f32::max);
-    // Rounding of the transform must not leave a vertex outside.
-    Ball { center, radius: radius2.sqrt() * 1.0001 + 1e-7 }
-}
-
-/// Joins the pair of balls with the smallest common ball until few are left.
-fn clustered(balls: &[Ball]) -> Vec<Ball> {
-    let mut balls = balls.to_vec();
-    while balls.len() > MAX_CLUSTERS {
-        let pairs = (0..balls.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-        let Some((i, j, joined)) =
-            pairs.map(|(i, j)| (i, j, join(balls[i], balls[j]))).min_by(|a, b| a.2.radius.total_cmp(&b.2.radius))
-        else {
-            break;
-        };
-        balls[j] = joined;
-        balls.swap_remove(i);
-    }
-    balls
-}
-
-/// The smallest ball around two.
-fn join(a: Ball, b: Ball) -> Ball {
-    let distance = a.center.distance(b.center);
-    if distance + b.radius <= a.radius {
-        return a;
-    }
-    if distance + a.radius <= b.radius {
-        return b;
-    }
-    let radius = 0.5 * (distance + a.radius + b.radius) * 1.0001;
-    Ball { center: a.center + (b.center - a.center) * ((radius - a.radius) / distance), radius }
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@
 //! needs it), and the cosine (inside the bounds, and for the second order). The balance heuristic joins them. A point
 //! whose hemisphere does not see the bounds has no first-order change and costs nothing.
 
+use super::influence::spread_over_square;
 use super::path::{First, Scene};
 use super::{Mis, Tracer, Walk};
 use crate::bsdf::concentric_disc;
@@ -25,11 +26,16 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 /// samples should go with the standard deviation).
 pub(super) const FULL_EFFORT: f32 = 0.25;
 /// …but at least this often, so that no pixel is left with a handful of samples.
-pub(super) const LEAST_EFFORT: f32 = 0.04;
+pub(super) const LEAST_EFFORT: f32 = 1.0 / 64.0;
 /// The same for points that are met once by a path, where a thinner effort would only make the rare find brighter.
 pub(super) const LEAST_EFFORT_ONCE: f32 = 0.5;
-/// How often the second order is sampled: it is small, and smooth.
+/// How often the second order is sampled: it is small, and smooth. Where few samples stand for many, more often by the root.
 pub(super) const SECOND_ORDER_EFFORT: f32 = 0.25;
+/// Light samples of a point that changes another. Most meet no object and take no ray; with one, the few that do would be bright.
+pub(super) const SECOND_ORDER_LIGHTS: u32 = 8;
+/// Share of the third strategy's directions that are aimed at the surroundings of the objects, which hold most of what has changed:
+/// of those by the cosine alone few would find it, and each be bright.
+pub(super) const AROUND: f32 = 0.5;
 
 /// A cone that holds objects.
 #[derive(Clone, Copy)]
@@ -41,17 +47,17 @@ struct Target {
 }
 
 /// Where the objects are, seen from a point.
-struct Aim {
+pub(super) struct Aim {
     targets: [Target; MAX_CLUSTERS],
     count: usize,
     /// The point lies inside the bounds of an object: any direction may meet it.
-    inside: bool,
+    pub(super) inside: bool,
     /// About the share of the irradiance that comes through the cones.
-    form_factor: f32,
+    pub(super) form_factor: f32,
 }
 
 impl Aim {
-    fn new(balls: &[Ball], x: Vec3, normal: Vec3) -> Self {
+    pub(super) fn new(balls: &[Ball], x: Vec3, normal: Vec3) -> Self {
         let none = Target { cone: Cone { axis: Vec3::Y, cap: 0.0 }, density: 0.0, probability: 0.0 };
         let mut aim = Self { targets: [none; MAX_CLUSTERS], count: 0, inside: false, form_factor: 0.0 };
         let mut total = 0.0;
@@ -89,7 +95,7 @@ impl Aim {
     }
 
     #[inline]
-    fn meets(&self, d: Vec3) -> bool {
+    pub(super) fn meets(&self, d: Vec3) -> bool {
         self.inside || self.targets[..self.count].iter().any(|t| t.cone.contains(d))
     }
 
@@ -114,11 +120,26 @@ enum Found {
     Cosine,
 }
 
+/// How much work goes into one estimate.
+#[derive(Clone, Copy)]
+struct Effort {
+    /// How often any strategy is used, (0, 1].
+    share: f32,
+    /// How often, of that, objects are looked for at least.
+    least: f32,
+    /// How many times as often as usual strategies are used that are not used every time, ≥ 1.
+    boost: f32,
+    /// Light samples.
+    lights: u32,
+}
+
 /// A real point whose change is asked for, and how often each strategy is used there.
 struct Point<'a> {
     hit: &'a RealHit,
     x: Vec3,
     aim: Aim,
+    /// Where the surroundings of the objects are, which are changed and change this point, if that is asked for.
+    around: Option<Aim>,
     cone_rate: f32,
     light_rate: f32,
     cosine_rate: f32,
@@ -126,38 +147,37 @@ struct Point<'a> {
     bounces: u32,
 }
 
+impl Point<'_> {
+    /// Density per steradian of the third strategy.
+    #[inline]
+    fn cosine_pdf(&self, d: Vec3, cos: f32) -> f32 {
+        match &self.around {
+            Some(around) => AROUND * around.pdf(d) + (1.0 - AROUND) * cos * FRAC_1_PI,
+            None => cos * FRAC_1_PI,
+        }
+    }
+}
+
 impl<'a, W: RealWorld> Tracer<'a, W> {
     /// One estimate of the change of the radiance a real surface sends out, all strategies used.
     /// `boost` ≥ 1 times as often as usual each strategy is used that is not used every time.
     pub(crate) fn delta(&self, hit: &RealHit, bounces: u32, boost: f32, walk: &mut Walk) -> Vec3 {
-        self.delta_at(hit, bounces, 1.0, LEAST_EFFORT, boost, walk)
-    }
-
-    /// One sample in how many is enough for the change of a real point: where objects take little of its light, most samples
-    /// of a pixel would find nothing, and fewer with a boost do as well.
-    pub(crate) fn thinning(&self, hit: &RealHit) -> u32 {
-        let aim = Aim::new(self.objects.clusters(), self.world.leave(hit), hit.normal);
-        match aim.form_factor {
-            _ if aim.inside => 1,
-            // Nothing changes here. What else the pixel shows may, at its rims: a few samples look.
-            _ if aim.nothing() && !self.has_second_order(self.params.bounces) => 16,
-            f if f < 0.125 * FULL_EFFORT => 4,
-            f if f < 0.5 * FULL_EFFORT => 2,
-            _ => 1,
-        }
+        // Light samples that meet no bounds take no ray, so that some more cost little; those that do are rare, and bright.
+        let lights = boost.sqrt() as u32;
+        self.delta_at(hit, bounces, Effort { share: 1.0, least: LEAST_EFFORT, boost, lights }, walk)
     }
 
     /// Whether changed surfaces change one another.
-    fn has_second_order(&self, bounces: u32) -> bool {
+    pub(super) fn has_second_order(&self, bounces: u32) -> bool {
         bounces >= 2 && self.params.second_order && self.world.sees_itself()
     }
 
-    /// The same with about one ray, for points that only colour a path's end.
-    pub(crate) fn delta_once(&self, hit: &RealHit, bounces: u32, walk: &mut Walk) -> Vec3 {
-        self.delta_at(hit, bounces, 0.5, LEAST_EFFORT_ONCE, 1.0, walk)
+    /// The same with about one ray, for points that only colour a path's end; `lights` samples of the light.
+    pub(crate) fn delta_once(&self, hit: &RealHit, bounces: u32, lights: u32, walk: &mut Walk) -> Vec3 {
+        self.delta_at(hit, bounces, Effort { share: 0.5, least: LEAST_EFFORT_ONCE, boost: 1.0, lights }, walk)
     }
 
-    fn delta_at(&self, hit: &RealHit, bounces: u32, effort: f32, least: f32, boost: f32, walk: &mut Walk) -> Vec3 {
+    fn delta_at(&self, hit: &RealHit, bounces: u32, effort: Effort, walk: &mut Walk) -> Vec3 {
         let x = self.world.leave(hit);
         let aim = Aim::new(self.objects.clusters(), x, hit.normal);
         let second_order = self.has_second_order(bounces);
@@ -171,23 +191,38 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         }
         let mis = self.params.mis;
         let cosine_rate = if aim.inside || mis == Mis::BsdfOnly || everywhere {
-            effort
+            effort.share
         } else if second_order {
-            effort * (SECOND_ORDER_EFFORT * boost).min(1.0)
+            effort.share * (SECOND_ORDER_EFFORT * effort.boost.sqrt()).min(1.0)
         } else {
             0.0
         };
+        let around = (second_order && mis != Mis::BsdfOnly)
+            .then(|| Aim::new(self.objects.surroundings(), x, hit.normal))
+            .filter(|around| around.count > 0);
         let cones = aim.count > 0 && mis != Mis::BsdfOnly;
-        let cone_rate = if cones { effort * (boost * (aim.form_factor / FULL_EFFORT).max(least)).min(1.0) } else { 0.0 };
-        let light_rate = if (aim.nothing() && !everywhere) || mis == Mis::BsdfOnly { 0.0 } else { effort };
-        let point = Point { hit, x, aim, cone_rate, light_rate, cosine_rate, second_order, bounces };
+        let cone_rate = match cones {
+            true => effort.share * (effort.boost * (aim.form_factor / FULL_EFFORT).max(effort.least)).min(1.0),
+            false => 0.0,
+        };
+        let lights = match mis {
+            Mis::BsdfOnly => 0,
+            // Here all take rays.
+            _ if everywhere => 1,
+            _ if aim.nothing() => 0,
+            _ => effort.lights,
+        };
+        let light_rate = effort.share * lights as f32;
+        let point = Point { hit, x, aim, around, cone_rate, light_rate, cosine_rate, second_order, bounces };
 
         let u = walk.sampler.next_4d();
         let mut change = Vec3::ZERO;
-        if u[2] < light_rate
-            && let Some(sample) = self.world.sample_light(x, Vec2::new(u[0], u[1]))
-        {
-            change += self.blocked_light(&point, &sample, walk);
+        if u[2] < effort.share {
+            for i in 0..lights {
+                if let Some(sample) = self.world.sample_light(x, spread_over_square(Vec2::new(u[0], u[1]), i)) {
+                    change += self.blocked_light(&point, &sample, walk);
+                }
+            }
         }
         if u[3] < cone_rate {
             let v = walk.sampler.next_4d();
@@ -197,9 +232,14 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         if cosine_rate > 0.0 {
             let w = walk.sampler.next_4d();
             if w[2] < cosine_rate {
-                let disc = concentric_disc(Vec2::new(w[0], w[1]));
-                let (t, b) = hit.normal.any_orthonormal_pair();
-                let d = t * disc.x + b * disc.y + hit.normal * (1.0 - disc.length_squared()).max(0.0).sqrt();
+                let d = match &point.around {
+                    Some(around) if w[3] < AROUND => around.sample(Vec2::new(w[0], w[1]), w[3] / AROUND),
+                    _ => {
+                        let disc = concentric_disc(Vec2::new(w[0], w[1]));
+                        let (t, b) = hit.normal.any_orthonormal_pair();
+                        t * disc.x + b * disc.y + hit.normal * (1.0 - disc.length_squared()).max(0.0).sqrt()
+                    }
+                };
                 change += self.change_along(&point, d, Found::Cosine, walk);
             }
         }
@@ -257,7 +297,10 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let Some(object) = object else {
             // A real surface lies first, or nothing does.
             return match &behind {
-                Some(real) if second_order => self.delta_once(real, point.bounces - 1, walk) / (FRAC_1_PI * point.cosine_rate),
+                Some(real) if second_order => {
+                    self.delta_once(real, point.bounces - 1, SECOND_ORDER_LIGHTS, walk)
+                        * (cos / (point.cosine_rate * point.cosine_pdf(d, cos)))
+                }
                 _ => Vec3::ZERO,
             };
         };
@@ -286,7 +329,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
 
     /// The balance heuristic's weights over densities for direction `d`, behind whose objects the real world shows `behind`.
     fn weights(&self, point: &Point<'_>, d: Vec3, cos: f32, behind: Option<&RealHit>) -> Weights {
-        let by_aim = point.cone_rate * point.aim.pdf(d) + point.cosine_rate * cos * FRAC_1_PI;
+        let by_aim = point.cone_rate * point.aim.pdf(d) + point.cosine_rate * point.cosine_pdf(d, cos);
         let by_light = point.light_rate * self.world.light_pdf(point.x, d, behind);
         let all = match self.params.mis {
             Mis::LightOnly if by_light > 0.0 => by_light,

@@ -15,10 +15,12 @@ mod differential;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod ibl;
+mod influence;
 mod mirror;
 mod path;
 mod render;
 
+pub(crate) use influence::Lights;
 pub(crate) use path::{First, Scene};
 pub use render::{Frame, Sampling, Traced, render};
 pub(crate) use render::{Pixel, layers, pixels};

@@ -1,10 +1,11 @@
 //! A whole frame: pixels, samples, layers.
 
 use super::adaptive::{self, Noise};
+use super::influence::{Lights, least_of_neighbours};
 use super::path::{First, Scene};
 use super::{Method, TraceParams, Tracer, Walk};
 use crate::bvh::Ray;
-use crate::objects::Objects;
+use crate::objects::{Beam, Objects};
 use crate::world::RealWorld;
 use glam::{UVec2, Vec2, Vec3};
 use pano_core::camera::{Camera, Projection};
@@ -61,8 +62,13 @@ pub(crate) struct Pixel {
 pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, progress: &dyn Progress) -> Option<Traced> {
     let camera = frame.camera;
     let tracer = Tracer { objects: frame.objects, world, params };
+    let lights = Lights::of(world, camera.position);
+    let begun = pixels(camera, progress, |at| tracer.start(frame, at, &lights))?;
+    let thinning: Vec<u32> = begun.iter().map(|b| b.thinning).collect();
+    let thinning = least_of_neighbours(&thinning, camera.width, camera.projection == Projection::Panorama);
     let mut pixels = pixels(camera, progress, |at| {
-        let mut pixel = tracer.start(frame, at);
+        let index = at.y as usize * camera.width + at.x as usize;
+        let mut pixel = Started::new(begun[index], params.samples.div_ceil(thinning[index]), params.samples);
         let first = if params.error_target.is_some() { pixel.most.min(adaptive::PILOT) } else { pixel.most };
         tracer.sample_until(frame, at, first, &mut pixel);
         pixel
@@ -77,10 +83,18 @@ pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, 
     Some(Traced { layers, rays, discarded, sampling })
 }
 
-/// A pixel under way.
-struct Started {
+/// A pixel before its first sample.
+#[derive(Clone, Copy)]
+struct Begun {
     guides: Pixel,
     scene: Scene,
+    /// One sample in how many its centre asks for.
+    thinning: u32,
+}
+
+/// A pixel under way.
+struct Started {
+    begun: Begun,
     /// Samples it takes at most.
     most: u32,
     /// What `most` is short of the frame's number of samples, as a factor.
@@ -95,9 +109,21 @@ struct Started {
 }
 
 impl Started {
+    /// To take at most `most` of the frame's `all` samples.
+    fn new(begun: Begun, most: u32, all: u32) -> Self {
+        let (object, delta, noise) = (Vec3::ZERO, Vec3::ZERO, Noise::default());
+        let boost = all as f32 / most as f32;
+        Self { begun, most, boost, samples: 0, covered: 0, object, delta, noise, rays: 0, discarded: 0 }
+    }
+
     fn finish(&self) -> Pixel {
         let share = 1.0 / self.samples as f32;
-        Pixel { object: self.object * share, delta: self.delta * share, coverage: self.covered as f32 * share, ..self.guides }
+        Pixel {
+            object: self.object * share,
+            delta: self.delta * share,
+            coverage: self.covered as f32 * share,
+            ..self.begun.guides
+        }
     }
 }
 
@@ -134,22 +160,18 @@ pub(crate) fn layers<'a>(camera: &Camera, pixels: impl Iterator<Item = &'a Pixel
 }
 
 impl<'a, W: RealWorld> Tracer<'a, W> {
-    /// A pixel before its first sample.
-    fn start(&self, frame: &Frame<'_>, at: UVec2) -> Started {
+    /// What is known of a pixel before its first sample.
+    fn start(&self, frame: &Frame<'_>, at: UVec2, lights: &Lights) -> Begun {
         let corner = Vec2::new(at.x as f32, at.y as f32);
         let (guides, center) = self.guides(frame, corner + 0.5);
         // Where no object's bounds reach, no ray looks for one.
         let scene = if self.may_see_objects(frame.camera, corner) { Scene::Mixed } else { Scene::Real };
-        let thinning = match center {
-            _ if scene == Scene::Mixed || self.params.method != Method::Dpt || self.params.everywhere => 1,
-            First::Real(hit) => self.thinning(&hit),
-            // Only what shows at the sky's rims can change.
-            _ => 4,
+        let thinning = if scene == Scene::Mixed || self.params.method != Method::Dpt || self.params.everywhere {
+            1
+        } else {
+            self.thinning(&center, frame.camera.direction(corner + 0.5), lights)
         };
-        let most = self.params.samples.div_ceil(thinning);
-        let boost = self.params.samples as f32 / most as f32;
-        let (object, delta, noise) = (Vec3::ZERO, Vec3::ZERO, Noise::default());
-        Started { guides, scene, most, boost, samples: 0, covered: 0, object, delta, noise, rays: 0, discarded: 0 }
+        Begun { guides, scene, thinning }
     }
 
     /// Takes samples until the pixel has `until` of them.
@@ -159,7 +181,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
             let mut walk = Walk { sampler: Sampler::new(at, index, frame.stream), rays: 0 };
             let [jx, jy, pick, _] = walk.sampler.next_4d();
             let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + Vec2::new(jx, jy)));
-            let first = self.first(&ray, pixel.scene, &mut walk);
+            let first = self.first(&ray, pixel.begun.scene, &mut walk);
             let first = match first {
                 First::Real(hit) => First::Real(self.world.shown_surface(hit, ray.direction, pick)),
                 first => first,
@@ -208,17 +230,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|c| camera.direction(corner + c));
         // Rays through a pixel lie within the widest of its corners, to first order; half as much again for safety.
         let spread = 1.5 * corners.iter().map(|d| d.distance(axis)).fold(1e-6, f32::max);
-        self.objects.balls().iter().any(|ball| {
-            let to = ball.center - camera.position;
-            let along = to.dot(axis);
-            let distance = to.length();
-            if distance <= ball.radius || spread > 0.5 {
-                return true;
-            }
-            // The ball, blown up by what the pixel has spread at its distance, against the axis.
-            let radius = ball.radius + spread * (distance + ball.radius);
-            along > -radius && (to - axis * along).length_squared() <= radius * radius
-        })
+        self.objects.may_be_in(&Beam { origin: camera.position, axis, spread })
     }
 
     /// Whether the sample shows an object, and its radiance or the change of the real surface it shows.

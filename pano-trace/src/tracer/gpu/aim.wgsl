@@ -22,11 +22,12 @@ fn ball_form_factor(ball: vec4f, at: vec3f, normal: vec3f) -> f32 {
     return select(sine * sine * max(facing, 0.3 * sine), 0.0, facing <= -sine);
 }
 
-fn aim_at(x: vec3f, normal: vec3f) -> Aim {
+// `scale`: radii of the balls that are aimed at.
+fn aim_at(x: vec3f, normal: vec3f, scale: f32) -> Aim {
     var aim: Aim;
     var total = 0.0;
     for (var i = 0u; i < params.clusters.y; i++) {
-        let ball = ball_at(params.clusters.x, i);
+        let ball = ball_at(params.clusters.x, i) * vec4f(1.0, 1.0, 1.0, scale);
         let form_factor = ball_form_factor(ball, x, normal);
         if form_factor <= 0.0 {
             continue;
@@ -92,18 +93,50 @@ fn aim_sample(aim: ptr<function, Aim>, at: vec2f, pick: f32) -> vec3f {
     return normalize(off + chosen.axis * (1.0 - height));
 }
 
+// See influence::spread_over_square.
+fn spread_over_square(first: vec2f, i: u32) -> vec2f {
+    return fract(first + vec2f(0.7548777, 0.5698403) * f32(i));
+}
+
+// See Lights::behind.
+fn light_behind(aim: ptr<function, Aim>, x: vec3f, normal: vec3f) -> f32 {
+    var all_of_it = 0.0;
+    var behind = 0.0;
+    for (var i = 0u; i < params.lights.y; i++) {
+        let point = ball_at(params.lights.x, i);
+        let to = select(point.xyz, point.xyz - x, point.w > 0.0);
+        let d2 = max(dot(to, to), 1e-12);
+        let d = to / sqrt(d2);
+        let cosine = dot(d, normal);
+        if cosine <= 0.0 {
+            continue;
+        }
+        let light = cosine * select(1.0, point.w / d2, point.w > 0.0);
+        all_of_it += light;
+        if aim_meets(aim, d) {
+            behind += light;
+        }
+    }
+    return select(0.0, behind / all_of_it, all_of_it > 0.0);
+}
+
 // One sample in how many is enough for the change of a real point; see Tracer::thinning.
 fn thinning_of(hit: RealHit) -> u32 {
-    let aim = aim_at(world_leave(hit), hit.normal);
+    let x = world_leave(hit);
+    var aim = aim_at(x, hit.normal, 1.0);
     if aim.inside {
         return 1u;
     }
-    if aim.count == 0u && !(SECOND_ORDER && params.bounces >= 2u) {
-        return 16u;
+    let spiky = GLOSS || BODIES;
+    let found = select(aim.form_factor, SPIKY * sqrt(aim.form_factor), spiky);
+    var share = max(found, BEHIND * (light_behind(&aim, x, hit.normal) - aim.form_factor));
+    if SECOND_ORDER && params.bounces >= 2u {
+        share = max(share, SECOND_ORDER_SHARE * aim_at(x, hit.normal, SURROUNDINGS).form_factor);
     }
-    if aim.form_factor < 0.125 * FULL_EFFORT {
-        return 4u;
+    let most = select(MOST_THINNING, MOST_THINNING_UNAIMED, EMITTERS || MIS != BALANCE || spiky);
+    var thinning = 1u;
+    while thinning < most && share * share * f32(2u * thinning) <= 1.0 {
+        thinning *= 2u;
     }
-    return select(1u, 2u, aim.form_factor < 0.5 * FULL_EFFORT);
+    return thinning;
 }
-

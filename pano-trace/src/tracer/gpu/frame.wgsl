@@ -25,6 +25,11 @@ struct Trace {
     emitters: vec2u,
     balls: vec2u,
     clusters: vec2u,
+    // Points of the light: position and squared distance from the capture point, or direction and 0.
+    lights: vec2u,
+    // Where the boxes of each object begin and how many there are, in the order of the balls.
+    boxes: u32,
+    pad: u32,
     world: World,
 }
 
@@ -40,8 +45,9 @@ struct Pixel {
     depth: f32,
     albedo: vec3f,
     rays: u32,
-    // Samples it takes, and what they are short of the frame's, as a factor.
+    // Samples it takes; after `start` one in how many its centre asks for.
     most: u32,
+    // What `most` is short of the frame's number of samples, as a factor.
     boost: f32,
     // Whether an object may be seen.
     mixed: u32,
@@ -97,6 +103,22 @@ fn ball_at(begin: u32, i: u32) -> vec4f {
     return vec4f(vec3_at(begin + 4u * i), number_at(begin + 4u * i + 3u));
 }
 
+// Whether the beam, `spread` wide, reaches one of an object's boxes; see Beam::may_meet.
+fn may_meet_boxes(object: u32, axis: vec3f, spread: f32) -> bool {
+    let begin = word(params.boxes + 2u * object);
+    let inverse = 1.0 / select(axis, vec3f(1e-20), abs(axis) < vec3f(1e-20));
+    for (var i = 0u; i < word(params.boxes + 2u * object + 1u); i++) {
+        let a = (vec3_at(begin + 6u * i) - spread - params.position) * inverse;
+        let b = (vec3_at(begin + 6u * i + 3u) + spread - params.position) * inverse;
+        let enter = min(a, b);
+        let leave = max(a, b);
+        if min(min(leave.x, leave.y), leave.z) >= max(max(max(enter.x, enter.y), enter.z), 0.0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 // See Tracer::may_see_objects.
 fn may_see_objects(corner: vec2f) -> bool {
     let axis = camera_direction(corner + 0.5);
@@ -110,19 +132,20 @@ fn may_see_objects(corner: vec2f) -> bool {
         let to = ball.xyz - params.position;
         let along = dot(to, axis);
         let distance = length(to);
-        if distance <= ball.w || spread > 0.5 {
+        if distance <= ball.w || spread > WIDEST_BEAM {
             return true;
         }
-        let radius = ball.w + spread * (distance + ball.w);
+        let wider = spread * (distance + ball.w);
+        let radius = ball.w + wider;
         let off = to - axis * along;
-        if along > -radius && dot(off, off) <= radius * radius {
+        if along > -radius && dot(off, off) <= radius * radius && may_meet_boxes(i, axis, wider) {
             return true;
         }
     }
     return false;
 }
 
-// Guides and number of samples of each pixel.
+// Guides of each pixel, and what its centre asks for.
 @compute @workgroup_size(8, 8)
 fn start(@builtin(global_invocation_id) id: vec3u) {
     if !is_held(params.rows, id) {
@@ -133,7 +156,7 @@ fn start(@builtin(global_invocation_id) id: vec3u) {
     var pixel: Pixel;
     pixel.mixed = select(0u, 1u, may_see_objects(corner));
     pixel.depth = -1.0;
-    var thinning = 4u;
+    var thinning = MOST_THINNING;
     let d = camera_direction(corner + 0.5);
     let object = trace_ray(params.roots.x, params.position, d, NEVER, false);
     let real = world_hit(params.world, params.roots.y, params.position, d, object.t);
@@ -151,8 +174,7 @@ fn start(@builtin(global_invocation_id) id: vec3u) {
     if pixel.mixed == 1u || METHOD != DPT || EVERYWHERE {
         thinning = 1u;
     }
-    pixel.most = (params.samples + thinning - 1u) / thinning;
-    pixel.boost = f32(params.samples) / f32(pixel.most);
+    pixel.most = thinning;
     pixels[index_of(params.rows, texel)] = pixel;
 }
 

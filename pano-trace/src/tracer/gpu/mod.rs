@@ -8,22 +8,26 @@
 
 mod scene;
 
-use super::delta::{FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE, SECOND_ORDER_EFFORT};
+use super::delta::{AROUND, FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE};
+use super::delta::{SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
+use super::influence::{self, least_of_neighbours};
 use super::path::ROULETTE_FROM;
 use super::{Frame, Method, Mis, Pixel, TraceParams, Traced, layers};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
 use crate::bvh::gpu::TRAVERSAL;
 use crate::cone::{MARGIN, NARROWEST};
 use crate::objects::gpu::OBJECTS;
-use crate::objects::{MAX_CLUSTERS, Objects};
+use crate::objects::{MAX_CLUSTERS, Objects, SURROUNDINGS, WIDEST};
 use crate::world::gpu::{PROXIES, World};
 use crate::world::{ProxyWorld, RealWorld};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+use pano_core::camera::Projection;
 use pano_core::distribution::gpu::DISTRIBUTION;
 use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, IMAGE, Kernel, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader};
 use pano_core::gpu::{Layout, Specialization, WORDS, flag};
 use pano_core::progress::Progress;
+use std::ops::Range;
 
 /// Scattering events of one submission, over all pixels and samples: a million rays or so, some ten milliseconds of a slow GPU.
 const BATCH: usize = 1 << 18;
@@ -50,6 +54,9 @@ pano_core::uniform! {
         emitters: [u32; 2],
         balls: [u32; 2],
         clusters: [u32; 2],
+        lights: [u32; 2],
+        boxes: u32,
+        pad: u32,
         world: World,
     }
 }
@@ -99,6 +106,15 @@ const AIM: Piece = Piece {
             Constant::f32("LEAST_EFFORT", LEAST_EFFORT),
             Constant::f32("LEAST_EFFORT_ONCE", LEAST_EFFORT_ONCE),
             Constant::f32("SECOND_ORDER_EFFORT", SECOND_ORDER_EFFORT),
+            Constant::u32("SECOND_ORDER_LIGHTS", SECOND_ORDER_LIGHTS),
+            Constant::f32("AROUND", AROUND),
+            Constant::f32("BEHIND", influence::BEHIND),
+            Constant::f32("SPIKY", influence::SPIKY),
+            Constant::u32("MOST_THINNING", influence::MOST_THINNING),
+            Constant::u32("MOST_THINNING_UNAIMED", influence::MOST_THINNING_UNAIMED),
+            Constant::f32("WIDEST_BEAM", WIDEST),
+            Constant::f32("SURROUNDINGS", SURROUNDINGS),
+            Constant::f32("SECOND_ORDER_SHARE", influence::SECOND_ORDER_SHARE),
         ]
     },
 };
@@ -194,26 +210,40 @@ pub fn render(
     let fitting = usize::try_from(gpu.max_binding()).unwrap_or(usize::MAX) / size_of::<GpuPixel>();
     let batch = BATCH / params.bounces.max(1) as usize;
     let rows_at_once = (batch.min(fitting) / width).clamp(1, height);
-    progress.begin("trace", height as u64);
+    let bands = || (0..height).step_by(rows_at_once).map(|first| first..(first + rows_at_once).min(height));
+    let run = |entry: &'static str, rows: Rows, held: &GpuBuffer, samples: Range<u32>| {
+        let uniform = Trace { rows, begin: samples.start, end: samples.end, ..scene.uniform };
+        let kernel = Kernel { shader: &SHADER, entry, constants: &constants };
+        let buffers: Vec<(u32, &GpuBuffer)> = scene.bindings().chain([(6, held)]).collect();
+        gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, rows.groups())
+    };
+    progress.begin("trace", 2 * height as u64);
     let mut pixels: Vec<GpuPixel> = Vec::with_capacity(width * height);
-    for first in (0..height).step_by(rows_at_once) {
-        let rows = Rows::of((width, height), &(first..(first + rows_at_once).min(height)));
+    for band in bands() {
+        let rows = Rows::of((width, height), &band);
         let held = gpu.buffer::<GpuPixel>(rows.pixels())?;
-        let run = |entry: &'static str, begin: u32, end: u32| {
-            let uniform = Trace { rows, begin, end, ..scene.uniform };
-            let kernel = Kernel { shader: &SHADER, entry, constants: &constants };
-            let buffers: Vec<(u32, &GpuBuffer)> = scene.bindings().chain([(6, &held)]).collect();
-            gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, rows.groups())
-        };
-        run("start", 0, 0)?;
+        run("start", rows, &held, 0..0)?;
+        pixels.extend(gpu.read_slice::<GpuPixel>(&held, rows.pixels())?);
+        progress.advance(u64::from(rows.count));
+    }
+    let wrap = frame.camera.projection == Projection::Panorama;
+    let thinning: Vec<u32> = pixels.iter().map(|p| p.most).collect();
+    for (pixel, thinning) in pixels.iter_mut().zip(least_of_neighbours(&thinning, width, wrap)) {
+        pixel.most = params.samples.div_ceil(thinning);
+        pixel.boost = params.samples as f32 / pixel.most as f32;
+    }
+    for band in bands() {
+        let rows = Rows::of((width, height), &band);
+        let in_band = &mut pixels[band.start * width..band.end * width];
+        let held = gpu.upload_slice(in_band)?;
         let at_once = (batch / rows.pixels()).max(1) as u32;
         for begin in (0..params.samples).step_by(at_once as usize) {
             if progress.cancelled() {
                 return Ok(None);
             }
-            run("trace", begin, (begin + at_once).min(params.samples))?;
+            run("trace", rows, &held, begin..(begin + at_once).min(params.samples))?;
         }
-        pixels.extend(gpu.read_slice::<GpuPixel>(&held, rows.pixels())?);
+        in_band.copy_from_slice(&gpu.read_slice::<GpuPixel>(&held, rows.pixels())?);
         progress.advance(u64::from(rows.count));
     }
     let finished: Vec<Pixel> = pixels.iter().map(GpuPixel::finish).collect();

@@ -1,6 +1,6 @@
 //! A frame's scene in the GPU's memory.
 
-use super::super::{Frame, TraceParams};
+use super::super::{Frame, Lights, TraceParams};
 use super::Trace;
 use crate::bvh::gpu::GpuTlas;
 use crate::world::ProxyWorld;
@@ -27,6 +27,7 @@ impl GpuScene {
         let tlas = GpuTlas::of(gpu, &[frame.objects.tlas(), world.tlas()])?;
         let (mut words, mut pictures) = (Words::default(), Vec::new());
         let packed = frame.objects.pack(&mut words);
+        let lights = Lights::of(world, frame.camera.position).pack(&mut words);
         let world = world.pack(&mut words, &mut pictures);
         let camera = frame.camera;
         let size = (camera.width, camera.height);
@@ -52,6 +53,9 @@ impl GpuScene {
             emitters: packed.emitters,
             balls: packed.balls,
             clusters: packed.clusters,
+            lights,
+            boxes: packed.boxes,
+            pad: 0,
             world,
         };
         Ok(Self { uniform, tlas, words: gpu.upload_slice(&words.finish())?, pictures: gpu.upload_slice(&pictures)? })

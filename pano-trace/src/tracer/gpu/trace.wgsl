@@ -30,10 +30,13 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     var point: Point;
     point.stage = 3u;
     var aim: Aim;
+    // Where the surroundings of the objects are, if they are asked for.
+    var around: Aim;
     // How the point's strategies are used.
     var effort = 1.0;
     var least = LEAST_EFFORT;
     var boost = 1.0;
+    var lights = 1u;
     var fresh = true;
 
     loop {
@@ -109,6 +112,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                         effort = 1.0;
                         least = LEAST_EFFORT;
                         boost = pixel.boost;
+                        lights = u32(sqrt(boost));
                         then = AT_POINT;
                     } else if METHOD == ONE_PASS {
                         then = AT_PAIR;
@@ -142,7 +146,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             case BLOCKED: {
                 if METHOD == DPT && met && !real.exists {
                     let cosine = dot(direction, point.normal);
-                    let weights = weights_of(point, &aim, direction, cosine, sky_pdf);
+                    let weights = weights_of(point, &aim, &around, direction, cosine, sky_pdf);
                     total -= point.scale * sky * (cosine * weights.blocked);
                 }
                 then = NEXT_STRATEGY;
@@ -151,7 +155,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                 then = NEXT_STRATEGY;
                 let cosine = dot(direction, point.normal);
                 if METHOD == DPT && first.what == OBJECT {
-                    let weights = weights_of(point, &aim, direction, cosine, sky_pdf);
+                    let weights = weights_of(point, &aim, &around, direction, cosine, sky_pdf);
                     let scale = point.scale * cosine;
                     let blocks = weights.blocked > 0.0 && !(MIS == LIGHT_ONLY && weights.light_finds_it);
                     if blocks && !real.exists {
@@ -169,10 +173,11 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                         then = AT_VERTEX;
                     }
                 } else if METHOD == DPT && first.what == REAL && point.stage == 3u && point.second_order {
-                    path = path_of(point.scale * (PI / point.cosine_rate), point.bounces - 1u, true);
+                    path = path_of(point.scale * (cosine / (point.cosine_rate * cosine_pdf(&around, direction, cosine))), point.bounces - 1u, true);
                     effort = 0.5;
                     least = LEAST_EFFORT_ONCE;
                     boost = 1.0;
+                    lights = SECOND_ORDER_LIGHTS;
                     then = AT_POINT;
                 }
             }
@@ -232,7 +237,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             point.second_order = SECOND_ORDER && path.remaining >= 2u;
             point.stage = 3u;
             then = NEXT_STRATEGY;
-            aim = aim_at(point.x, point.normal);
+            aim = aim_at(point.x, point.normal, 1.0);
             let nothing = aim.count == 0u && !aim.inside;
             if !nothing || point.second_order || EVERYWHERE {
                 let reflectance = world_reflectance(params.world, hit);
@@ -243,13 +248,22 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                     if aim.inside || MIS == BSDF_ONLY || EVERYWHERE {
                         point.cosine_rate = effort;
                     } else if point.second_order {
-                        point.cosine_rate = effort * min(SECOND_ORDER_EFFORT * boost, 1.0);
+                        point.cosine_rate = effort * min(SECOND_ORDER_EFFORT * sqrt(boost), 1.0);
                     }
                     point.cone_rate = 0.0;
                     if aim.count > 0u && MIS != BSDF_ONLY {
                         point.cone_rate = effort * min(boost * max(aim.form_factor / FULL_EFFORT, least), 1.0);
                     }
-                    point.light_rate = select(effort, 0.0, (nothing && !EVERYWHERE) || MIS == BSDF_ONLY);
+                    around.count = 0u;
+                    if point.second_order && MIS != BSDF_ONLY {
+                        around = aim_at(point.x, point.normal, SURROUNDINGS);
+                    }
+                    point.lights = select(lights, select(0u, 1u, EVERYWHERE), nothing || EVERYWHERE);
+                    if MIS == BSDF_ONLY {
+                        point.lights = 0u;
+                    }
+                    point.taken = 0u;
+                    point.light_rate = effort * f32(point.lights);
                     point.u = next_4d(&sampler);
                 }
             }
@@ -258,9 +272,13 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             then = DONE;
             while point.stage < 3u && then == DONE {
                 let stage = point.stage;
-                point.stage += 1u;
+                let number_of_light = point.taken;
+                point.taken += 1u;
+                if stage > 0u || point.taken >= point.lights {
+                    point.stage += 1u;
+                }
                 var rate = point.light_rate;
-                var used = point.u.z < rate;
+                var used = point.u.z < effort && number_of_light < point.lights;
                 var u = point.u;
                 if stage > 0u {
                     rate = select(point.cosine_rate, point.cone_rate, stage == 1u);
@@ -275,16 +293,20 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                 var d: vec3f;
                 var exists = true;
                 if stage == 0u {
-                    let sample = environment_sample(params.world, u.xy);
+                    let sample = environment_sample(params.world, spread_over_square(u.xy, number_of_light));
                     d = sample.direction;
                     exists = sample.exists && (EVERYWHERE || aim_meets(&aim, d));
                 } else if stage == 1u {
                     d = aim_sample(&aim, u.xy, u.z);
                 } else {
                     exists = u.z < rate;
-                    let disc = concentric_disc(u.xy);
-                    let up = sqrt(max(1.0 - dot(disc, disc), 0.0));
-                    d = tangent_of(point.normal) * disc.x + bitangent_of(point.normal) * disc.y + point.normal * up;
+                    if SECOND_ORDER && around.count > 0u && u.w < AROUND {
+                        d = aim_sample(&around, u.xy, u.w / AROUND);
+                    } else {
+                        let disc = concentric_disc(u.xy);
+                        let up = sqrt(max(1.0 - dot(disc, disc), 0.0));
+                        d = tangent_of(point.normal) * disc.x + bitangent_of(point.normal) * disc.y + point.normal * up;
+                    }
                 }
                 if exists && dot(d, point.normal) > 0.0 {
                     origin = point.x;

@@ -77,6 +77,9 @@ struct Point {
     // Reflectance/π and what the point itself counts.
     scale: vec3f,
     light_rate: f32,
+    // Light samples, and how many of them were taken.
+    lights: u32,
+    taken: u32,
     u: vec4f,
     cosine_rate: f32,
     bounces: u32,
@@ -124,8 +127,16 @@ struct Weights {
     light_finds_it: bool,
 }
 
-fn weights_of(point: Point, aim: ptr<function, Aim>, d: vec3f, cosine: f32, sky_pdf: f32) -> Weights {
-    let by_aim = point.cone_rate * aim_pdf(aim, d) + point.cosine_rate * cosine / PI;
+// Density per steradian of a point's third strategy.
+fn cosine_pdf(around: ptr<function, Aim>, d: vec3f, cosine: f32) -> f32 {
+    if SECOND_ORDER && (*around).count > 0u {
+        return AROUND * aim_pdf(around, d) + (1.0 - AROUND) * cosine / PI;
+    }
+    return cosine / PI;
+}
+
+fn weights_of(point: Point, aim: ptr<function, Aim>, around: ptr<function, Aim>, d: vec3f, cosine: f32, sky_pdf: f32) -> Weights {
+    let by_aim = point.cone_rate * aim_pdf(aim, d) + point.cosine_rate * cosine_pdf(around, d, cosine);
     let by_light = point.light_rate * sky_pdf;
     var all_ = by_aim + by_light;
     if MIS == LIGHT_ONLY && by_light > 0.0 {

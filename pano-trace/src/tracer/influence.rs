@@ -1,0 +1,201 @@
+//! How much objects can change a pixel, before it is sampled: pixels that they hardly change take fewer samples.
+//!
+//! What a real point may lose or gain, as a share of its light, is told from three things that take no ray:
+//! - the form factor of the objects' bounds: their share of an even light;
+//! - what more than that lies behind them of the real light, by a few points of it ([`Lights`]): a low sun behind a small object
+//!   takes all the light of its shadow;
+//! - the form factor of the objects' surroundings, which are changed and change others (second order).
+//!
+//! The standard deviation of a sample is in proportion to that share, and the number of samples goes with its square: every pixel
+//! is left with about the same noise. As the number is settled before the first sample, no mean is biased by it.
+
+use super::delta::Aim;
+use super::{First, Mis, Tracer};
+use crate::directions::mirrored;
+use crate::world::{LightTarget, RealHit, RealWorld};
+use glam::{Vec2, Vec3};
+
+/// Points of the light that are looked at: a share of less than one of them asks for no more samples than the least.
+const LIGHTS: u32 = 128;
+/// How much light behind the bounds counts: it is found or not, and deviates by up to half of the whole; what is looked for in the
+/// bounds deviates by half of the share, as they are about half filled.
+pub(super) const BEHIND: f32 = 2.0;
+/// What the root of the form factor counts where objects mirror or refract: their light is found or not as well, at any distance.
+pub(super) const SPIKY: f32 = 2.0;
+/// The fewest samples of a pixel are this part of the frame's: at 64 samples, one.
+pub(super) const MOST_THINNING: u32 = 64;
+/// The same where the noise does not go with the share: objects shine, however little of the light they take, or send images of
+/// lamps about, or a strategy that seldom finds them is left to itself.
+pub(super) const MOST_THINNING_UNAIMED: u32 = 4;
+/// How much the surroundings change another surface, of what they would if they were all black: they are as bright as what lies
+/// around them, on the average a quarter is taken, and the other surface returns only a part.
+pub(super) const SECOND_ORDER_SHARE: f32 = 0.2;
+
+/// A few points of a frame's light, drawn in proportion to what they send to the capture point.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lights {
+    /// Direction and 0 of what shines from infinity; else position and squared distance from the capture point.
+    points: Vec<(Vec3, f32)>,
+}
+
+impl Lights {
+    /// Those of `world`; the same for every pixel, so that numbers of samples have no noise of their own.
+    pub(crate) fn of(world: &impl RealWorld, capture: Vec3) -> Self {
+        let drawn = |i| {
+            let sample = world.sample_light(capture, spread_over_square(Vec2::splat(0.5), i))?;
+            match sample.target {
+                LightTarget::Infinity => Some((sample.direction, 0.0)),
+                LightTarget::Surface(at) => Some((at, at.distance_squared(capture))),
+                // Lamps, which the panorama's own light holds as well.
+                LightTarget::Anything => None,
+            }
+        };
+        Self { points: (0..LIGHTS).filter_map(drawn).collect() }
+    }
+
+    /// Writes them for a shader: where they begin and how many there are.
+    #[cfg(feature = "gpu")]
+    pub(super) fn pack(&self, words: &mut pano_core::gpu::Words) -> [u32; 2] {
+        let at = words.at();
+        for (point, r2) in &self.points {
+            words.vec3(*point);
+            words.number(*r2);
+        }
+        [at, self.points.len() as u32]
+    }
+
+    /// The share of the light at `x` that comes from behind what `aim` holds.
+    fn behind(&self, aim: &Aim, x: Vec3, normal: Vec3) -> f32 {
+        let (mut all, mut behind) = (0.0, 0.0);
+        for &(at, r2) in &self.points {
+            let to = if r2 > 0.0 { at - x } else { at };
+            let d2 = to.length_squared().max(1e-12);
+            let d = to / d2.sqrt();
+            let cos = d.dot(normal);
+            if cos <= 0.0 {
+                continue;
+            }
+            let light = if r2 > 0.0 { cos * r2 / d2 } else { cos };
+            all += light;
+            if aim.meets(d) {
+                behind += light;
+            }
+        }
+        if all > 0.0 { behind / all } else { 0.0 }
+    }
+}
+
+/// Point `i` of those that are even over the unit square, whatever their number, and begin at `first`: Roberts' sequence R2.
+#[inline]
+pub(super) fn spread_over_square(first: Vec2, i: u32) -> Vec2 {
+    (first + Vec2::new(0.754_877_7, 0.569_840_3) * i as f32).fract()
+}
+
+impl<'a, W: RealWorld> Tracer<'a, W> {
+    /// One sample in how many is enough where a ray along `direction` shows `first`, a real surface or infinity.
+    pub(crate) fn thinning(&self, first: &First, direction: Vec3, lights: &Lights) -> u32 {
+        let hit = match first {
+            First::Object(_) => return 1,
+            // What shows at the sky's rims, its neighbours tell.
+            First::Infinity => return MOST_THINNING,
+            First::Real(hit) => hit,
+        };
+        let x = self.world.leave(hit);
+        if self.may_mirror_objects(hit, x, direction) {
+            return 1;
+        }
+        let clusters = self.objects.clusters();
+        let aim = Aim::new(clusters, x, hit.normal);
+        if aim.inside {
+            return 1;
+        }
+        let behind = lights.behind(&aim, x, hit.normal) - aim.form_factor;
+        let spiky = self.objects.gloss() || self.objects.transmit();
+        let found = if spiky { SPIKY * aim.form_factor.sqrt() } else { aim.form_factor };
+        let mut share = found.max(BEHIND * behind);
+        if self.has_second_order(self.params.bounces) {
+            share = share.max(SECOND_ORDER_SHARE * Aim::new(self.objects.surroundings(), x, hit.normal).form_factor);
+        }
+        let aimed = self.params.mis == Mis::Balance && !self.objects.emit() && !spiky;
+        let most = if aimed { MOST_THINNING } else { MOST_THINNING_UNAIMED };
+        thinning_of(share, most)
+    }
+
+    /// Whether the mirror image of an object may show at a real surface.
+    fn may_mirror_objects(&self, hit: &RealHit, x: Vec3, direction: Vec3) -> bool {
+        if self.world.beyond_diffuse(hit) <= 0.0 {
+            return false;
+        }
+        let axis = mirrored(direction, hit.normal);
+        self.objects.balls().iter().any(|ball| {
+            let to = ball.center - x;
+            let along = to.dot(axis);
+            along > -ball.radius && (to - axis * along).length_squared() <= ball.radius * ball.radius
+        })
+    }
+}
+
+/// One sample in how many is enough where `share` of the light may change: a power of two, at most `most`.
+fn thinning_of(share: f32, most: u32) -> u32 {
+    let mut thinning = 1;
+    while thinning < most && share * share * ((2 * thinning) as f32) <= 1.0 {
+        thinning *= 2;
+    }
+    thinning
+}
+
+/// The least of each pixel's and its neighbours' thinning, `width` in a row: a pixel's centre does not tell what shows at its
+/// edges. Columns wrap if `wrap`.
+pub(super) fn least_of_neighbours(thinning: &[u32], width: usize, wrap: bool) -> Vec<u32> {
+    let height = thinning.len() / width;
+    let of_row = |y: usize, x: usize| {
+        let (left, right) = match x {
+            0 if wrap => (width - 1, 1 % width),
+            0 => (0, 1.min(width - 1)),
+            x if x + 1 < width => (x - 1, x + 1),
+            x if wrap => (x - 1, 0),
+            x => (x - 1, x),
+        };
+        let row = &thinning[y * width..][..width];
+        row[left].min(row[x]).min(row[right])
+    };
+    let least = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        of_row(y.saturating_sub(1), x).min(of_row(y, x)).min(of_row((y + 1).min(height - 1), x))
+    };
+    (0..thinning.len()).map(least).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_share_settles_the_samples() {
+        assert_eq!([1.0, 0.8, 0.7, 0.5, 0.24, 0.12, 0.0].map(|share| thinning_of(share, 64)), [1, 1, 2, 4, 16, 64, 64]);
+        assert_eq!(thinning_of(0.0, 4), 4);
+        assert_eq!(thinning_of(f32::NAN, 64), 1);
+    }
+
+    proptest! {
+        #[test]
+        fn neighbours_are_those_around(
+            (width, thinning) in (1usize..7, 1usize..6).prop_flat_map(|(w, h)| (Just(w), prop::collection::vec(1u32..65, w * h))),
+            wrap in any::<bool>(),
+        ) {
+            let (w, h) = (width as i64, (thinning.len() / width) as i64);
+            let found = least_of_neighbours(&thinning, width, wrap);
+            for (i, found) in found.into_iter().enumerate() {
+                let (x, y) = (i as i64 % w, i as i64 / w);
+                let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
+                let least = around
+                    .map(|(x, y)| (if wrap { x.rem_euclid(w) } else { x }, y))
+                    .filter(|&(x, y)| (0..w).contains(&x) && (0..h).contains(&y))
+                    .map(|(x, y)| thinning[(y * w + x) as usize])
+                    .min();
+                prop_assert_eq!(Some(found), least);
+            }
+        }
+    }
+}
