@@ -68,8 +68,11 @@ pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, 
     let thinning = least_of_neighbours(&thinning, camera.width, camera.projection == Projection::Panorama);
     let mut pixels = pixels(camera, progress, |at| {
         let index = at.y as usize * camera.width + at.x as usize;
-        let mut pixel = Started::new(begun[index], params.samples.div_ceil(thinning[index]), params.samples);
-        let first = if params.error_target.is_some() { pixel.most.min(adaptive::PILOT) } else { pixel.most };
+        // Where noise is to be measured, there are enough samples for that.
+        let least = if params.error_target.is_some() { adaptive::PILOT.min(params.samples) } else { 1 };
+        let most = params.samples.div_ceil(thinning[index]).max(least);
+        let mut pixel = Started::new(begun[index], most, params.samples);
+        let first = if params.error_target.is_some() { least } else { most };
         tracer.sample_until(frame, at, first, &mut pixel);
         pixel
     })?;

@@ -371,7 +371,7 @@ fn a_forced_full_run_gives_the_planned_picture() {
     let place = Place::new();
     place.exr("room.exr", &smooth_picture());
     let mut scene = place.scene("color = 'room.exr'\nposition = [0, 1.5, 0]\ncamera_height = 1.5", OBJECT);
-    scene.render.samples = 64;
+    scene.render.samples = 256;
     let planned = run(&scene);
     let mut options = RenderOptions::default();
     options.force("influence", false).unwrap();
