@@ -56,7 +56,7 @@ pub(super) fn decide(effect: &str, facts: &SceneFacts) -> (bool, String) {
         "lens" => off("not asked for: the photo went through a lens already (--set bloom=0.1, --set glare=0.1)"),
         "influence" if is_ibl(facts) => off("ibl changes nothing real"),
         "influence" if !facts.has_receivers() => off("no real surface is known that the objects could change"),
-        "influence" if facts.method == "dpt" => on("pixels whose hemisphere does not see the objects' bounds are skipped"),
+        "influence" if facts.method == "dpt" => on("pixels take samples by how much the objects can change them"),
         "influence" => off(&format!("{} renders every pixel; only dpt skips those that no object can change", facts.method)),
         // Unreachable for the names in `EFFECTS`; a test decides all of them.
         _ => off("unknown effect"),

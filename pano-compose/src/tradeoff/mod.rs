@@ -76,6 +76,10 @@ pub struct Tradeoff {
 /// Series of a [`Row`] that belongs to the combinations of samples, bounces and filter.
 pub const COMBINATION: &str = "combination";
 
+/// How many times as long as the fastest picture the slowest of the scene's own method takes at least, if the knob `samples` goes
+/// so far: two decades, over which a front can be seen.
+const SPAN: f64 = 100.0;
+
 /// Measures `scene` and writes `results.csv`, charts, pictures and `index.html` into `folder`.
 ///
 /// # Errors
@@ -108,6 +112,14 @@ pub fn run(
         }
     }
     let base = bench.default_choice(bench.resolved());
+    // The scene's own method goes on until the front has its length.
+    let fastest = record.rows().iter().map(|row| row.ms).fold(f64::INFINITY, f64::min);
+    for count in samples().values {
+        let row = record.or_measure(COMBINATION, &base.with(samples(), count)?, &mut bench, progress)?;
+        if row.ms >= SPAN * fastest {
+            break;
+        }
+    }
     for knob in bench.single_knobs() {
         for value in knob.values {
             record.or_measure(knob.name, &base.with(knob, value)?, &mut bench, progress)?;
@@ -132,7 +144,10 @@ fn combinations(bench: &Bench<'_>) -> Vec<Choice> {
             if i > 0 && !(bench.is_captured() && method == bench.resolved()) {
                 continue;
             }
-            for (bounces, denoise) in COMBINED_BOUNCES.into_iter().flat_map(|b| [(b, false), (b, true)]) {
+            // These know one bounce only.
+            let single = matches!(method, Method::Ibl | Method::Mr360);
+            let bounces = COMBINED_BOUNCES.into_iter().filter(|&b| !single || b == method.default_bounces());
+            for (bounces, denoise) in bounces.flat_map(|b| [(b, false), (b, true)]) {
                 all.push(Choice { bounces, denoise, ..bench.default_choice(method).prepared(turned) });
             }
         }
