@@ -5,7 +5,7 @@ use super::{Choice, PREPARATIONS, TradeoffParams, Truth};
 use crate::pipeline::{Error, Result};
 use pano_core::{
     progress::Progress,
-    scene::{Render, Scene},
+    scene::{Method, Render, Scene},
 };
 
 /// What is wanted.
@@ -78,7 +78,8 @@ pub fn choose(scene: &Scene, goal: Goal, denoise: bool, progress: &dyn Progress)
     }
 }
 
-/// The dearest preparation that leaves time for tracing, and as many samples as fit.
+/// The dearest preparation that leaves time for tracing, and as many samples as fit. Where not even one fits, fewer bounces, and if
+/// the scene leaves the method to us, image-based lighting without shadows.
 fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn Progress) -> Result<Chosen> {
     progress.begin("calibrate", 3);
     let mut prepared_by_cost = Vec::new();
@@ -99,6 +100,9 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
     } else {
         prepared_by_cost.push(base.clone());
     }
+    // What a scene leaves to us may also become a cheaper picture of fewer bounces, or of another method.
+    let cheapest = prepared_by_cost[0].clone();
+    prepared_by_cost.splice(0..0, cheaper(&cheapest, bench.method_is_free()));
     progress.advance(1);
     let time = |bench: &mut Bench<'_>, prepared: &Choice, samples: u32| -> Result<f64> {
         let row = bench.measure(&Choice { samples, ..prepared.clone() }, progress)?;
@@ -132,6 +136,21 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
     chosen.choice.samples = samples;
     chosen.expected_ms = expected_ms;
     Ok(chosen)
+}
+
+/// Cheaper pictures than `choice`, from the cheapest on; of other methods only if that is `free`.
+fn cheaper(choice: &Choice, free: bool) -> Vec<Choice> {
+    let few = choice.method.default_bounces();
+    let mut all = Vec::new();
+    if free && choice.method != Method::Ibl {
+        let ibl = Choice { method: Method::Ibl, bounces: few, settings: Vec::new(), ..choice.clone() };
+        all.extend(choice.denoise.then(|| Choice { denoise: false, ..ibl.clone() }));
+        all.push(ibl);
+    }
+    if choice.bounces > few {
+        all.push(Choice { bounces: few, ..choice.clone() });
+    }
+    all
 }
 
 /// The samples for which the line through two (samples, milliseconds) reaches `budget_ms`, at least 1, and its time there.
@@ -232,6 +251,16 @@ mod tests {
         // A clock that runs backwards, and a budget without end.
         assert_eq!(extrapolate((1, 20.0), (4, 19.0), 1e12).0, Render::MAX_SAMPLES);
         assert_eq!(extrapolate((1, 20.0), (4, 80.0), 1.0).0, 1);
+    }
+
+    #[test]
+    fn cheaper_pictures_keep_to_what_was_asked_for() {
+        let choice =
+            Choice { method: Method::Dpt, samples: 1, bounces: 5, denoise: true, settings: vec![("back_faces", "false")] };
+        let told = |free: bool| cheaper(&choice, free).iter().map(|c| (c.method, c.bounces, c.denoise)).collect::<Vec<_>>();
+        assert_eq!(told(false), [(Method::Dpt, 3, true)]);
+        assert_eq!(told(true), [(Method::Ibl, 3, false), (Method::Ibl, 3, true), (Method::Dpt, 3, true)]);
+        assert!(cheaper(&Choice { bounces: 2, ..choice }, false).is_empty());
     }
 
     #[test]

@@ -123,6 +123,11 @@ impl<'a> Bench<'a> {
         self.resolved
     }
 
+    /// Whether the scene leaves the method to us.
+    pub(super) fn method_is_free(&self) -> bool {
+        self.scene.render.method == Method::Auto
+    }
+
     /// Whether there is a captured world to prepare.
     pub(super) fn is_captured(&self) -> bool {
         self.inputs.depth.is_some()

@@ -55,7 +55,7 @@ fn scene(folder: &Path, extra: &str) -> (Scene, String) {
 }
 
 fn small() -> TradeoffParams {
-    TradeoffParams { repeats: 2, longest_ms: 40.0, truth_samples: 64, ..TradeoffParams::quick() }
+    TradeoffParams { repeats: 2, longest_ms: 200.0, truth_samples: 64, ..TradeoffParams::quick() }
 }
 
 #[test]

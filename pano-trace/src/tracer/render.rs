@@ -169,11 +169,9 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let (guides, center) = self.guides(frame, corner + 0.5);
         // Where no object's bounds reach, no ray looks for one.
         let scene = if self.may_see_objects(frame.camera, corner) { Scene::Mixed } else { Scene::Real };
-        let thinning = if scene == Scene::Mixed || self.params.method != Method::Dpt || self.params.everywhere {
-            1
-        } else {
-            self.thinning(&center, frame.camera.direction(corner + 0.5), lights)
-        };
+        let all = self.params.samples == 1 || self.params.everywhere || self.params.method != Method::Dpt;
+        let thinning =
+            if scene == Scene::Mixed || all { 1 } else { self.thinning(&center, frame.camera.direction(corner + 0.5), lights) };
         Begun { guides, scene, thinning }
     }
 
