@@ -78,8 +78,9 @@ pub fn choose(scene: &Scene, goal: Goal, denoise: bool, progress: &dyn Progress)
     }
 }
 
-/// The dearest preparation that leaves time for tracing, and as many samples as fit. Where not even one fits, fewer bounces, and if
-/// the scene leaves the method to us, image-based lighting without shadows.
+/// The dearest preparation that leaves time for tracing, and as many samples as fit. Where not even one fits, fewer bounces; and
+/// if the scene leaves the method to us, recursive rays where paths would be fewer than a handful, or image-based lighting without
+/// shadows.
 fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn Progress) -> Result<Chosen> {
     progress.begin("calibrate", 3);
     let mut prepared_by_cost = Vec::new();
@@ -113,9 +114,10 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
     while let Some(dearest) = prepared_by_cost.pop() {
         prepared = dearest;
         one = time(bench, &prepared, 1)?.min(time(bench, &prepared, 1)?);
-        // Another method, which casts no shadows, only where the scene's own does not fit at all.
-        let next_is_other = prepared_by_cost.last().is_some_and(|next| next.method != prepared.method);
-        if one < ROOM * budget_ms || (next_is_other && one <= budget_ms) {
+        // Where another method is at hand, a handful of samples or it.
+        let other = prepared.method == base.method && prepared_by_cost.iter().any(|next| next.method != base.method);
+        let fits = if other { one < budget_ms && time(bench, &prepared, FEW)? <= budget_ms } else { one < ROOM * budget_ms };
+        if fits {
             break;
         }
     }
@@ -148,6 +150,10 @@ fn cheaper(choice: &Choice, free: bool) -> Vec<Choice> {
         let ibl = Choice { method: Method::Ibl, bounces: few, settings: Vec::new(), ..choice.clone() };
         all.extend(choice.denoise.then(|| Choice { denoise: false, ..ibl.clone() }));
         all.push(ibl);
+        if choice.method == Method::Dpt {
+            let bounces = Method::Rt2ar.default_bounces();
+            all.push(Choice { method: Method::Rt2ar, bounces, settings: Vec::new(), ..choice.clone() });
+        }
     }
     if choice.bounces > few {
         all.push(Choice { bounces: few, ..choice.clone() });
@@ -261,7 +267,10 @@ mod tests {
             Choice { method: Method::Dpt, samples: 1, bounces: 5, denoise: true, settings: vec![("back_faces", "false")] };
         let told = |free: bool| cheaper(&choice, free).iter().map(|c| (c.method, c.bounces, c.denoise)).collect::<Vec<_>>();
         assert_eq!(told(false), [(Method::Dpt, 3, true)]);
-        assert_eq!(told(true), [(Method::Ibl, 3, false), (Method::Ibl, 3, true), (Method::Dpt, 3, true)]);
+        assert_eq!(
+            told(true),
+            [(Method::Ibl, 3, false), (Method::Ibl, 3, true), (Method::Rt2ar, 6, true), (Method::Dpt, 3, true)]
+        );
         assert!(cheaper(&Choice { bounces: 2, ..choice }, false).is_empty());
     }
 

@@ -85,7 +85,7 @@ impl Aim {
         aim
     }
 
-    fn nothing(&self) -> bool {
+    pub(super) fn nothing(&self) -> bool {
         self.count == 0 && !self.inside
     }
 

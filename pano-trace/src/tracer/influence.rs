@@ -31,21 +31,21 @@ pub(super) const MOST_THINNING_UNAIMED: u32 = 4;
 /// around them, on the average a quarter is taken, and the other surface returns only a part.
 pub(super) const SECOND_ORDER_SHARE: f32 = 0.2;
 
-/// A few points of a frame's light, drawn in proportion to what they send to the capture point.
+/// A few points of a frame's light, drawn in proportion to what they send to the viewer.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lights {
-    /// Direction and 0 of what shines from infinity; else position and squared distance from the capture point.
+    /// Direction and 0 of what shines from infinity; else position and squared distance from the viewer.
     points: Vec<(Vec3, f32)>,
 }
 
 impl Lights {
     /// Those of `world`; the same for every pixel, so that numbers of samples have no noise of their own.
-    pub(crate) fn of(world: &impl RealWorld, capture: Vec3) -> Self {
+    pub(crate) fn of(world: &impl RealWorld, viewer: Vec3) -> Self {
         let drawn = |i| {
-            let sample = world.sample_light(capture, spread_over_square(Vec2::splat(0.5), i))?;
+            let sample = world.sample_light(viewer, spread_over_square(Vec2::splat(0.5), i))?;
             match sample.target {
                 LightTarget::Infinity => Some((sample.direction, 0.0)),
-                LightTarget::Surface(at) => Some((at, at.distance_squared(capture))),
+                LightTarget::Surface(at) => Some((at, at.distance_squared(viewer))),
                 // Lamps, which the panorama's own light holds as well.
                 LightTarget::Anything => None,
             }
@@ -106,14 +106,18 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         }
         let clusters = self.objects.clusters();
         let aim = Aim::new(clusters, x, hit.normal);
+        let second_order = self.has_second_order(self.params.bounces);
         if aim.inside {
             return 1;
+        }
+        if aim.nothing() && !second_order {
+            return MOST_THINNING;
         }
         let behind = lights.behind(&aim, x, hit.normal) - aim.form_factor;
         let spiky = self.objects.gloss() || self.objects.transmit();
         let found = if spiky { SPIKY * aim.form_factor.sqrt() } else { aim.form_factor };
         let mut share = found.max(BEHIND * behind);
-        if self.has_second_order(self.params.bounces) {
+        if second_order {
             share = share.max(SECOND_ORDER_SHARE * Aim::new(self.objects.surroundings(), x, hit.normal).form_factor);
         }
         let aimed = self.params.mis == Mis::Balance && !self.objects.emit() && !spiky;

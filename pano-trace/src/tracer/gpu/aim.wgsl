@@ -127,10 +127,14 @@ fn thinning_of(hit: RealHit) -> u32 {
     if aim.inside {
         return 1u;
     }
+    let second_order = SECOND_ORDER && params.bounces >= 2u;
+    if aim.count == 0u && !second_order {
+        return MOST_THINNING;
+    }
     let spiky = GLOSS || BODIES;
     let found = select(aim.form_factor, SPIKY * sqrt(aim.form_factor), spiky);
     var share = max(found, BEHIND * (light_behind(&aim, x, hit.normal) - aim.form_factor));
-    if SECOND_ORDER && params.bounces >= 2u {
+    if second_order {
         share = max(share, SECOND_ORDER_SHARE * aim_at(x, hit.normal, SURROUNDINGS).form_factor);
     }
     let most = select(MOST_THINNING, MOST_THINNING_UNAIMED, EMITTERS || MIS != BALANCE || spiky);

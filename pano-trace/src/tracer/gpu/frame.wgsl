@@ -25,7 +25,7 @@ struct Trace {
     emitters: vec2u,
     balls: vec2u,
     clusters: vec2u,
-    // Points of the light: position and squared distance from the capture point, or direction and 0.
+    // Points of the light: position and squared distance from the viewer, or direction and 0.
     lights: vec2u,
     // Where the boxes of each object begin and how many there are, in the order of the balls.
     boxes: u32,
