@@ -139,3 +139,59 @@ pub(super) fn boxes_around(placed: &Placed) -> Vec<[Vec3; 2]> {
     let margin = |[low, high]: [Vec3; 2]| 1e-4 * (high - low) + 1e-6 * low.abs().max(high.abs()) + 1e-7;
     cells.into_iter().filter(|c| c[0].x <= c[1].x).map(|c| [c[0] - margin(c), c[1] + margin(c)]).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::objects::{Objects, Placement, PreparedMesh};
+    use glam::{Affine3A, EulerRot, Quat, Vec2};
+    use pano_core::builtin::primitives;
+    use proptest::prelude::*;
+    use std::sync::Arc;
+
+    fn vec3(within: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
+        prop::array::uniform3(within).prop_map(Vec3::from_array)
+    }
+
+    proptest! {
+        /// A pixel in which a point of an object shows must ask for objects, however the object stands and wherever the viewer is.
+        #[test]
+        fn a_beam_that_holds_a_point_of_an_object_may_meet_it(
+            scale in vec3(0.01..3.0), mirrored in any::<bool>(), turn in vec3(-3.0..3.0), at in vec3(-5.0..5.0), origin in vec3(-8.0..8.0),
+            face in any::<prop::sample::Index>(), on in prop::array::uniform2(0.0f32..1.0),
+            spread in (-5.0f32..-0.4).prop_map(|e| 10f32.powf(e)), off in prop::array::uniform2(-0.7f32..0.7),
+        ) {
+            let mesh = Arc::new(PreparedMesh::new(primitives::icosphere(1.0, 2)).unwrap());
+            let scale = if mirrored { scale * Vec3::new(-1.0, 1.0, 1.0) } else { scale };
+            let turn = Quat::from_euler(EulerRot::XYZ, turn.x, turn.y, turn.z);
+            let world_from_mesh = Affine3A::from_scale_rotation_translation(scale, turn, at);
+            let objects = Objects::new(&[Placement { mesh: mesh.clone(), world_from_mesh, material: None }]);
+            let triangles = &mesh.mesh().triangles;
+            let [a, b, c] = triangles[face.index(triangles.len())].map(|v| mesh.mesh().positions[v as usize]);
+            let (root, v) = (on[0].sqrt(), on[1]);
+            let point = world_from_mesh.transform_point3(a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v));
+            let Some(towards) = (point - origin).try_normalize() else { return Ok(()) };
+            let (t, u) = towards.any_orthonormal_pair();
+            let off = Vec2::from_array(off) * spread;
+            let axis = (towards + t * off.x + u * off.y).normalize();
+            let beam = Beam { origin, axis, spread };
+            prop_assert!(objects.may_be_in(&beam));
+        }
+    }
+
+    /// What the boxes are for: beside a bent thing, inside its ball, nothing is looked for.
+    #[test]
+    fn a_beam_through_the_ball_beside_the_faces_meets_nothing() {
+        let mut mesh = primitives::icosphere(0.1, 2);
+        let others = mesh.positions.len() as u32;
+        mesh.positions.extend(mesh.positions.clone().into_iter().map(|p| p + Vec3::X * 4.0));
+        mesh.triangles.extend(mesh.triangles.clone().into_iter().map(|t| t.map(|v| v + others)));
+        mesh.normals.clear();
+        mesh.uvs.clear();
+        let mesh = Arc::new(PreparedMesh::new(mesh).unwrap());
+        let objects = Objects::new(&[Placement { mesh, world_from_mesh: Affine3A::IDENTITY, material: None }]);
+        let beam = |x: f32| Beam { origin: Vec3::new(x, 0.0, 10.0), axis: Vec3::NEG_Z, spread: 1e-3 };
+        assert!(objects.may_be_in(&beam(0.0)) && objects.may_be_in(&beam(4.0)));
+        assert!(!objects.may_be_in(&beam(2.0)) && objects.balls()[0].center.distance(Vec3::X * 2.0) < 1e-3);
+    }
+}
