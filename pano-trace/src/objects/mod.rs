@@ -94,6 +94,7 @@ pub struct Objects {
     surroundings: Vec<Ball>,
     emitters: Emitters,
     transmit: bool,
+    gloss: bool,
     textured: bool,
 }
 
@@ -138,13 +139,15 @@ impl Objects {
         let surroundings = clusters.iter().map(Ball::surroundings).collect();
         let emitters = Emitters::new(&placed);
         let transmit = placed.iter().any(|p| p.clear);
+        let glossy = |m: &CompiledMaterial| m.material.metallic > 0.0 || m.coat.is_some();
+        let gloss = placed.iter().flat_map(|p| &p.materials).any(glossy);
         let textures = |m: &Material| {
             [&m.base_color_texture, &m.metallic_roughness_texture, &m.emissive_texture, &m.normal_texture]
                 .iter()
                 .any(|texture| texture.is_some())
         };
         let textured = placed.iter().flat_map(|p| &p.materials).any(|m| textures(&m.material));
-        Self { tlas, placed, balls, boxes, clusters, surroundings, emitters, transmit, textured }
+        Self { tlas, placed, balls, boxes, clusters, surroundings, emitters, transmit, gloss, textured }
     }
 
     /// Whether there are none.
@@ -209,8 +212,7 @@ impl Objects {
 
     /// Whether any surface reflects other than diffusely.
     pub(crate) fn gloss(&self) -> bool {
-        let glossy = |m: &CompiledMaterial| m.material.metallic > 0.0 || m.coat.is_some();
-        self.placed.iter().flat_map(|p| &p.materials).any(glossy)
+        self.gloss
     }
 
     /// Whether any object shines.

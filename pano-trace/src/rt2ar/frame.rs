@@ -7,7 +7,7 @@ use super::trail::{Path, Trail};
 use super::{Lighting, MAX_SHADOW_SAMPLES, PROBES, Params, Shadow};
 use crate::bvh::Ray;
 use crate::objects::Differentials;
-use crate::tracer::{First, Frame, Pixel, TraceParams, Traced, Tracer, layers, pixels};
+use crate::tracer::{First, Frame, Pixel, TraceParams, Traced, Tracer, around, layers, pixels};
 use crate::world::RealWorld;
 use glam::{UVec2, Vec2, Vec3};
 use pano_core::color::luminance;
@@ -64,7 +64,7 @@ pub fn render<W: RealWorld>(
     let mut traced = pixels(camera, progress, |at| {
         let center = &centers[index(at, camera.width)];
         // All samples everywhere is the algorithm without bounds, to compare with.
-        let untouched = params.shadow != Shadow::Soft && around(at, size).all(|i| centers[i].quiet);
+        let untouched = params.shadow != Shadow::Soft && around(index(at, size.0), size, 1, false).all(|i| centers[i].quiet);
         if untouched { shader.unchanged(center) } else { shader.pixel(frame, at, center, false) }
     })?;
     let mut doubted = 0;
@@ -118,7 +118,7 @@ fn brightest(picture: &RadianceImage) -> f32 {
 fn in_doubt(traced: &[Shaded], size: (usize, usize), thorough: &[bool]) -> Vec<usize> {
     let doubted = |i: usize| {
         let mut neighbours = Verdicts::default();
-        around(UVec2::new((i % size.0) as u32, (i / size.0) as u32), size).for_each(|k| neighbours.join(traced[k].verdicts));
+        around(i, size, 1, false).for_each(|k| neighbours.join(traced[k].verdicts));
         traced[i].verdicts.doubted_by(&neighbours)
     };
     (0..traced.len()).into_par_iter().filter(|&i| !thorough[i] && doubted(i)).collect()
@@ -126,12 +126,6 @@ fn in_doubt(traced: &[Shaded], size: (usize, usize), thorough: &[bool]) -> Vec<u
 
 fn index(at: UVec2, width: usize) -> usize {
     at.y as usize * width + at.x as usize
-}
-
-/// A pixel and its neighbours.
-fn around(at: UVec2, (w, h): (usize, usize)) -> impl Iterator<Item = usize> {
-    let (x, y) = (at.x as usize, at.y as usize);
-    (y.saturating_sub(1)..(y + 2).min(h)).flat_map(move |y| (x.saturating_sub(1)..(x + 2).min(w)).map(move |x| y * w + x))
 }
 
 /// What is seen at a pixel's centre.

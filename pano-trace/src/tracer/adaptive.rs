@@ -14,6 +14,7 @@
 //! The variance of Owen-scrambled samples is less than that of independent ones, and the more so the more there are: batches of
 //! [`BATCH`] see some of it, so that the error told is an upper bound.
 
+use super::around;
 use glam::Vec3;
 use pano_core::color::luminance;
 use pano_core::image::Image;
@@ -27,7 +28,7 @@ pub(super) const PILOT: u32 = 16;
 const BATCH: u32 = 4;
 
 /// Pixels to each side that a pixel's noise is estimated from.
-const RADIUS: i64 = 2;
+const RADIUS: usize = 2;
 
 /// Halvings of the interval in which the frame's multiplier lies: its span of 10¹² is settled to a thousandth.
 const STEPS: u32 = 50;
@@ -73,22 +74,16 @@ pub(super) fn settle(noise: &[Noise], most: &[u32], target: f32, width: usize, w
 
 /// The mean of `values` (`width` in a row) over the neighbourhood of each; of itself only if `with_self`. Columns wrap if `wrap`.
 fn neighbourhood(values: &[f64], width: usize, wrap: bool, with_self: bool) -> Vec<f64> {
-    let (w, h) = (width as i64, (values.len() / width) as i64);
-    let mean = |x: i64, y: i64| {
+    let size = (width, values.len() / width);
+    let mean = |i: usize| {
         let (mut sum, mut count) = (0.0, 0);
-        for ny in (y - RADIUS).max(0)..=(y + RADIUS).min(h - 1) {
-            for nx in x - RADIUS..=x + RADIUS {
-                let column = if wrap { nx.rem_euclid(w) } else { nx };
-                let is_self = column == x && ny == y;
-                if (0..w).contains(&column) && (with_self || !is_self) {
-                    sum += values[(ny * w + column) as usize];
-                    count += 1;
-                }
-            }
+        for n in around(i, size, RADIUS, wrap).filter(|&n| with_self || n != i) {
+            sum += values[n];
+            count += 1;
         }
-        if count == 0 { values[(y * w + x) as usize] } else { sum / f64::from(count) }
+        if count == 0 { values[i] } else { sum / f64::from(count) }
     };
-    (0..values.len() as i64).into_par_iter().map(|i| mean(i % w, i / w)).collect()
+    (0..values.len()).into_par_iter().map(mean).collect()
 }
 
 /// Samples of every pixel: for variances `variances` of a sample and `most` samples, the fewest in all that bring the root mean

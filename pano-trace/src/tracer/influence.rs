@@ -10,7 +10,7 @@
 //! is left with about the same noise. As the number is settled before the first sample, no mean is biased by it.
 
 use super::delta::Aim;
-use super::{First, Mis, Tracer};
+use super::{First, Mis, Tracer, around};
 use crate::directions::mirrored;
 use crate::world::{LightTarget, RealHit, RealWorld};
 use glam::{Vec2, Vec3};
@@ -151,22 +151,8 @@ fn thinning_of(share: f32, most: u32) -> u32 {
 /// The least of each pixel's and its neighbours' thinning, `width` in a row: a pixel's centre does not tell what shows at its
 /// edges. Columns wrap if `wrap`.
 pub(super) fn least_of_neighbours(thinning: &[u32], width: usize, wrap: bool) -> Vec<u32> {
-    let height = thinning.len() / width;
-    let of_row = |y: usize, x: usize| {
-        let (left, right) = match x {
-            0 if wrap => (width - 1, 1 % width),
-            0 => (0, 1.min(width - 1)),
-            x if x + 1 < width => (x - 1, x + 1),
-            x if wrap => (x - 1, 0),
-            x => (x - 1, x),
-        };
-        let row = &thinning[y * width..][..width];
-        row[left].min(row[x]).min(row[right])
-    };
-    let least = |i: usize| {
-        let (x, y) = (i % width, i / width);
-        of_row(y.saturating_sub(1), x).min(of_row(y, x)).min(of_row((y + 1).min(height - 1), x))
-    };
+    let size = (width, thinning.len() / width);
+    let least = |i: usize| around(i, size, 1, wrap).map(|n| thinning[n]).fold(thinning[i], u32::min);
     (0..thinning.len()).map(least).collect()
 }
 

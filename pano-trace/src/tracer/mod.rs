@@ -23,7 +23,7 @@ mod render;
 pub(crate) use influence::Lights;
 pub(crate) use path::{First, Scene};
 pub use render::{Frame, Sampling, Traced, render};
-pub(crate) use render::{Pixel, layers, pixels};
+pub(crate) use render::{Pixel, around, layers, pixels};
 
 use crate::objects::Objects;
 use crate::world::RealWorld;

@@ -146,6 +146,18 @@ pub(crate) fn pixels<T: Send>(camera: &Camera, progress: &dyn Progress, pixel: i
     (!progress.cancelled()).then(|| rows.into_iter().flatten().collect())
 }
 
+/// Indices of pixel `i` and of those within `radius` rows and columns, row by row; columns wrap if `wrap`.
+pub(crate) fn around(i: usize, (w, h): (usize, usize), radius: usize, wrap: bool) -> impl Iterator<Item = usize> {
+    let (x, y) = ((i % w) as i64, i / w);
+    let columns = move || {
+        let reach = radius as i64;
+        (x - reach..=x + reach)
+            .map(move |x| if wrap { x.rem_euclid(w as i64) } else { x })
+            .filter(move |x| (0..w as i64).contains(x))
+    };
+    (y.saturating_sub(radius)..(y + radius + 1).min(h)).flat_map(move |y| columns().map(move |x| y * w + x as usize))
+}
+
 /// Pixels, row-major, as layers.
 pub(crate) fn layers<'a>(camera: &Camera, pixels: impl Iterator<Item = &'a Pixel>) -> TracedLayers {
     let w = camera.width;

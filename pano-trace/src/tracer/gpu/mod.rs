@@ -220,6 +220,9 @@ pub fn render(
     progress.begin("trace", 2 * height as u64);
     let mut pixels: Vec<GpuPixel> = Vec::with_capacity(width * height);
     for band in bands() {
+        if progress.cancelled() {
+            return Ok(None);
+        }
         let rows = Rows::of((width, height), &band);
         let held = gpu.buffer::<GpuPixel>(rows.pixels())?;
         run("start", rows, &held, 0..0)?;
