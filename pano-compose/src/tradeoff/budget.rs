@@ -103,7 +103,7 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
     }
     // What a scene leaves to us may also become a cheaper picture of fewer bounces, or of another method.
     let cheapest = prepared_by_cost[0].clone();
-    prepared_by_cost.splice(0..0, cheaper(&cheapest, bench.method_is_free()));
+    prepared_by_cost.splice(0..0, cheaper(&cheapest, bench.method_is_free(), bench.is_captured()));
     progress.advance(1);
     let time = |bench: &mut Bench<'_>, prepared: &Choice, samples: u32| -> Result<f64> {
         let row = bench.measure(&Choice { samples, ..prepared.clone() }, progress)?;
@@ -142,12 +142,18 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
     Ok(chosen)
 }
 
-/// Cheaper pictures than `choice`, from the cheapest on; of other methods only if that is `free`.
-fn cheaper(choice: &Choice, free: bool) -> Vec<Choice> {
+/// Cheaper pictures than `choice`, from the cheapest on; of other methods only if that is `free`; a `captured` world may be coarse.
+fn cheaper(choice: &Choice, free: bool, captured: bool) -> Vec<Choice> {
     let few = choice.method.default_bounces();
     let mut all = Vec::new();
     if free && choice.method != Method::Ibl {
         let ibl = Choice { method: Method::Ibl, bounces: few, settings: Vec::new(), ..choice.clone() };
+        // Of the preparations it has the surfaces only.
+        let coarse = PREPARATIONS.iter().rev().flat_map(|p| p.iter()).filter(|(key, _)| *key == "field_resolution").take(1);
+        let coarse = Choice { settings: coarse.copied().collect(), ..ibl.clone() };
+        if captured {
+            all.push(Choice { denoise: false, ..coarse });
+        }
         all.extend(choice.denoise.then(|| Choice { denoise: false, ..ibl.clone() }));
         all.push(ibl);
         if choice.method == Method::Dpt {
@@ -265,13 +271,15 @@ mod tests {
     fn cheaper_pictures_keep_to_what_was_asked_for() {
         let choice =
             Choice { method: Method::Dpt, samples: 1, bounces: 5, denoise: true, settings: vec![("back_faces", "false")] };
-        let told = |free: bool| cheaper(&choice, free).iter().map(|c| (c.method, c.bounces, c.denoise)).collect::<Vec<_>>();
+        let told =
+            |free: bool| cheaper(&choice, free, false).iter().map(|c| (c.method, c.bounces, c.denoise)).collect::<Vec<_>>();
         assert_eq!(told(false), [(Method::Dpt, 3, true)]);
         assert_eq!(
             told(true),
             [(Method::Ibl, 3, false), (Method::Ibl, 3, true), (Method::Rt2ar, 6, true), (Method::Dpt, 3, true)]
         );
-        assert!(cheaper(&Choice { bounces: 2, ..choice }, false).is_empty());
+        assert_eq!(cheaper(&choice, true, true)[0].settings, [("field_resolution", "128")]);
+        assert!(cheaper(&Choice { bounces: 2, ..choice }, false, true).is_empty());
     }
 
     #[test]

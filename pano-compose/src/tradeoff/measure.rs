@@ -253,9 +253,10 @@ impl<'a> Bench<'a> {
         let mut shots: Vec<Shot> = Vec::new();
         for repeat in 0..self.params.repeats.max(1) {
             let (rendered, world_ms) = self.render(choice, self.params.seed.wrapping_add(repeat), &Quiet(progress))?;
-            let of =
-                |name: &str| rendered.stats.stages.iter().filter(|s| s.name == name).map(|s| s.ms).fold(0.0, |sum, ms| sum + ms);
-            let (trace_ms, denoise_ms, ms) = (of("trace"), of("denoise"), rendered.stats.total_ms + world_ms);
+            let of = |work: Work| {
+                rendered.stats.stages.iter().filter(|s| Work::of(&s.name) == work).map(|s| s.ms).fold(0.0, |sum, ms| sum + ms)
+            };
+            let (trace_ms, denoise_ms, ms) = (of(Work::Tracing), of(Work::Filtering), rendered.stats.total_ms + world_ms);
             let error = self.error_of(&rendered.composite.color)?;
             shots.push(Shot { ms, world_ms, trace_ms, denoise_ms, error });
         }
@@ -283,6 +284,26 @@ impl<'a> Bench<'a> {
             error_se: (variance / n).sqrt(),
             repeats: shots.len() as u32,
         })
+    }
+}
+
+/// What kind of work a stage is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Work {
+    Tracing,
+    Filtering,
+    Other,
+}
+
+impl Work {
+    /// That of the stage called `name` in `--stats`.
+    fn of(name: &str) -> Self {
+        match name {
+            "trace" | "g-buffer" | "real pixels" | "virtual pixels" | "update" => Self::Tracing,
+            "denoise" | "mean" | "sparse mask" | "interpolation" => Self::Filtering,
+            _ if name.starts_with("filter ") || name.starts_with("history ") => Self::Filtering,
+            _ => Self::Other,
+        }
     }
 }
 

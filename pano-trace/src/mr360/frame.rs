@@ -46,6 +46,7 @@ pub fn render<W: RealWorld>(
 }
 
 /// A pixel and what it cost.
+#[derive(Default)]
 struct LitPixel {
     pixel: Pixel,
     shadows: [f32; MAX_LIGHTS],

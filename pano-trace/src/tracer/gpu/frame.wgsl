@@ -171,7 +171,10 @@ fn start(@builtin(global_invocation_id) id: vec3u) {
         pixel.normal = bsdf_at(surface.material, surface.geometric, surface.normal, -d).normal;
         pixel.albedo = surface.material.base_color;
     }
-    if pixel.mixed == 1u || METHOD != DPT || EVERYWHERE {
+    if METHOD == IBL {
+        thinning = NO_SAMPLES;
+    }
+    if pixel.mixed == 1u || METHOD == ONE_PASS || METHOD == TWO_PASS || EVERYWHERE {
         thinning = 1u;
     }
     pixel.most = thinning;

@@ -27,7 +27,7 @@ impl GpuScene {
         let tlas = GpuTlas::of(gpu, &[frame.objects.tlas(), world.tlas()])?;
         let (mut words, mut pictures) = (Words::default(), Vec::new());
         let packed = frame.objects.pack(&mut words);
-        let lights = Lights::of(world, frame.camera.position).pack(&mut words);
+        let lights = Lights::of(world, frame.camera.position, params.samples).pack(&mut words);
         let world = world.pack(&mut words, &mut pictures);
         let camera = frame.camera;
         let size = (camera.width, camera.height);
