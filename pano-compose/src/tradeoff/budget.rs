@@ -147,18 +147,20 @@ fn cheaper(choice: &Choice, free: bool, captured: bool) -> Vec<Choice> {
     let few = choice.method.default_bounces();
     let mut all = Vec::new();
     if free && choice.method != Method::Ibl {
-        let ibl = Choice { method: Method::Ibl, bounces: few, settings: Vec::new(), ..choice.clone() };
-        // Of the preparations it has the surfaces only.
-        let coarse = PREPARATIONS.iter().rev().flat_map(|p| p.iter()).filter(|(key, _)| *key == "field_resolution").take(1);
-        let coarse = Choice { settings: coarse.copied().collect(), ..ibl.clone() };
-        if captured {
-            all.push(Choice { denoise: false, ..coarse });
-        }
+        let other = |method: Method| {
+            let bounces = method.default_bounces();
+            Choice { method, bounces, settings: Vec::new(), ..choice.clone() }
+        };
+        // Of the preparations they have the surfaces only.
+        let surfaces = PREPARATIONS.iter().rev().flat_map(|p| p.iter()).find(|(key, _)| *key == "field_resolution");
+        let coarse = |choice: &Choice| Choice { settings: surfaces.into_iter().copied().collect(), ..choice.clone() };
+        let (ibl, recursive) = (other(Method::Ibl), other(Method::Rt2ar));
+        all.extend(captured.then(|| Choice { denoise: false, ..coarse(&ibl) }));
         all.extend(choice.denoise.then(|| Choice { denoise: false, ..ibl.clone() }));
         all.push(ibl);
         if choice.method == Method::Dpt {
-            let bounces = Method::Rt2ar.default_bounces();
-            all.push(Choice { method: Method::Rt2ar, bounces, settings: Vec::new(), ..choice.clone() });
+            all.extend(captured.then(|| coarse(&recursive)));
+            all.push(recursive);
         }
     }
     if choice.bounces > few {
@@ -278,7 +280,8 @@ mod tests {
             told(true),
             [(Method::Ibl, 3, false), (Method::Ibl, 3, true), (Method::Rt2ar, 6, true), (Method::Dpt, 3, true)]
         );
-        assert_eq!(cheaper(&choice, true, true)[0].settings, [("field_resolution", "128")]);
+        let coarse = [("field_resolution", "128")];
+        assert_eq!([0, 3].map(|i| cheaper(&choice, true, true)[i].settings.clone()), [coarse, coarse]);
         assert!(cheaper(&Choice { bounces: 2, ..choice }, false, true).is_empty());
     }
 

@@ -220,11 +220,9 @@ impl<'a> Bench<'a> {
     }
 
     fn render(&mut self, choice: &Choice, seed: u32, progress: &dyn Progress) -> Result<(Rendered, f64)> {
-        let settings = choice.settings()?;
-        let mut scene = Scene::clone(&self.scene);
-        scene.render.method = choice.method;
-        scene.render.samples = choice.samples;
-        scene.render.bounces = choice.bounces;
+        let (mut scene, mut options) = (Scene::clone(&self.scene), RenderOptions { seed, ..RenderOptions::default() });
+        choice.apply(&mut scene, &mut options)?;
+        let settings = options.settings;
         let prepared = match self.world.take() {
             Some(prepared) if prepared.method == choice.method && prepared.settings == settings => prepared,
             _ => {
@@ -233,7 +231,6 @@ impl<'a> Bench<'a> {
                 Prepared { method: choice.method, settings, world, ms: begin.elapsed().as_secs_f64() * 1e3 }
             }
         };
-        let options = RenderOptions { denoise: choice.denoise, seed, settings, ..RenderOptions::default() };
         let rendered =
             Frame::new(&scene, &self.inputs, &self.objects, &prepared.world, &options).render(Clock::new(), progress)?;
         let world_ms = prepared.ms;
