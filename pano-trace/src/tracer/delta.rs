@@ -10,7 +10,7 @@
 //! needs it), and the cosine (inside the bounds, and for the second order). The balance heuristic joins them. A point
 //! whose hemisphere does not see the bounds has no first-order change and costs nothing.
 
-use super::influence::spread_over_square;
+use super::influence::{Thinned, spread_over_square};
 use super::path::{First, Scene};
 use super::{Mis, Tracer, Walk};
 use crate::bsdf::concentric_disc;
@@ -159,12 +159,13 @@ impl Point<'_> {
 }
 
 impl<'a, W: RealWorld> Tracer<'a, W> {
-    /// One estimate of the change of the radiance a real surface sends out, all strategies used.
-    /// `boost` ≥ 1 times as often as usual each strategy is used that is not used every time.
-    pub(crate) fn delta(&self, hit: &RealHit, bounces: u32, boost: f32, walk: &mut Walk) -> Vec3 {
+    /// One estimate of the change of the radiance a real surface sends out, all strategies used; those that are not used every
+    /// time as often as `thinned` asks for.
+    pub(super) fn delta(&self, hit: &RealHit, bounces: u32, thinned: Thinned, walk: &mut Walk) -> Vec3 {
+        let Thinned { boost, share, .. } = thinned;
         // Light samples that meet no bounds take no ray, so that some more cost little; those that do are rare, and bright.
         let lights = boost.sqrt() as u32;
-        self.delta_at(hit, bounces, Effort { share: 1.0, least: LEAST_EFFORT, boost, lights }, walk)
+        self.delta_at(hit, bounces, Effort { share, least: LEAST_EFFORT, boost, lights }, walk)
     }
 
     /// Whether changed surfaces change one another.

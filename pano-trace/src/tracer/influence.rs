@@ -25,11 +25,17 @@ const MOST_LIGHTS: u32 = 128;
 pub(super) const BEHIND: f32 = 2.0;
 /// What the root of the form factor counts where objects mirror or refract: their light is found or not as well, at any distance.
 pub(super) const SPIKY: f32 = 2.0;
-/// The fewest samples of a pixel are this part of the frame's: at 64 samples, one.
-pub(super) const MOST_THINNING: u32 = 64;
-/// The same where the noise does not go with the share: objects shine, however little of the light they take, or send images of
-/// lamps about, or a strategy that seldom finds them is left to itself.
-pub(super) const MOST_THINNING_UNAIMED: u32 = 16;
+/// The fewest samples of a pixel are this part of the frame's: at 2048 samples, one. Of fewer, one is taken…
+pub(super) const MOST_THINNING: u32 = 2048;
+/// …that looks for changes less often, but not before a pixel would be left with this part of a sample: whether it looks or not is
+/// noise as well, of four times the variance of what it finds…
+const ALWAYS: f32 = 1.0 / 4.0;
+/// …and at least this often, so that what it finds is not too bright.
+const LEAST_SHARE: f32 = 1.0 / 8.0;
+/// The same where objects send images of lamps about: that noise does not go with the share.
+pub(super) const MOST_THINNING_SPIKY: u32 = 16;
+/// The same where objects shine, however little of the light they take, or a strategy that seldom finds them is left to itself.
+pub(super) const MOST_THINNING_UNAIMED: u32 = 4;
 /// The thinning of a pixel in which nothing can change: it takes no sample.
 pub(super) const NO_SAMPLES: u32 = u32::MAX;
 /// How much the surroundings change another surface, of what they would if they were all black: they are as bright as what lies
@@ -127,8 +133,11 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         if second_order {
             share = share.max(SECOND_ORDER_SHARE * Aim::new(self.objects.surroundings(), x, hit.normal).form_factor);
         }
-        let aimed = self.params.mis == Mis::Balance && !self.objects.emit() && !spiky;
-        let most = if aimed { MOST_THINNING } else { MOST_THINNING_UNAIMED };
+        let most = match spiky {
+            _ if self.params.mis != Mis::Balance || self.objects.emit() => MOST_THINNING_UNAIMED,
+            true => MOST_THINNING_SPIKY,
+            false => MOST_THINNING,
+        };
         thinning_of(share, most)
     }
 
@@ -155,9 +164,25 @@ fn thinning_of(share: f32, most: u32) -> u32 {
     thinning
 }
 
-/// Samples that `thinning` leaves of `all`.
-pub(super) fn thinned(all: u32, thinning: u32) -> u32 {
-    if thinning == NO_SAMPLES { 0 } else { all.div_ceil(thinning) }
+/// What thinning leaves of a pixel's samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Thinned {
+    /// How many.
+    pub(super) samples: u32,
+    /// How many of the frame's samples each stands for.
+    pub(super) boost: f32,
+    /// How often each looks for changes, (0, 1].
+    pub(super) share: f32,
+}
+
+impl Thinned {
+    /// Of `all` of the frame's samples one in `thinning`, but at `least` as many as that.
+    pub(super) fn new(all: u32, thinning: u32, least: u32) -> Self {
+        let wanted = if thinning == NO_SAMPLES { 0 } else { all.div_ceil(thinning) };
+        let samples = wanted.max(least);
+        let share = if wanted >= least { (all as f32 / (ALWAYS * thinning as f32)).clamp(LEAST_SHARE, 1.0) } else { 1.0 };
+        Self { samples, boost: all as f32 / samples.max(1) as f32, share }
+    }
 }
 
 /// The least of each pixel's and its neighbours' thinning, `width` in a row: a pixel's centre does not tell what shows at its
@@ -178,7 +203,17 @@ mod tests {
         assert_eq!([1.0, 0.8, 0.7, 0.5, 0.24, 0.12, 0.0].map(|share| thinning_of(share, 64)), [1, 1, 2, 4, 16, 64, 64]);
         assert_eq!(thinning_of(0.0, 4), 4);
         assert_eq!(thinning_of(f32::NAN, 64), 1);
-        assert_eq!([(64, 1), (64, 64), (65, 64), (1, 64), (64, NO_SAMPLES)].map(|(all, t)| thinned(all, t)), [64, 1, 2, 1, 0]);
+        let thinned = |all, thinning, least| {
+            let Thinned { samples, boost, share } = Thinned::new(all, thinning, least);
+            (samples, boost, share)
+        };
+        assert_eq!([(64, 1), (64, 16), (65, 64)].map(|(all, t)| thinned(all, t, 0).0), [64, 4, 2]);
+        assert_eq!(thinned(64, 16, 0), (4, 16.0, 1.0));
+        assert_eq!(thinned(64, 256, 0), (1, 64.0, 1.0));
+        assert_eq!(thinned(64, 1024, 0), (1, 64.0, 0.25));
+        assert_eq!(thinned(16, 2048, 0), (1, 16.0, 0.125));
+        assert_eq!(thinned(64, 1024, 16), (16, 4.0, 1.0));
+        assert_eq!(thinned(64, NO_SAMPLES, 0).0, 0);
     }
 
     proptest! {

@@ -1,7 +1,7 @@
 //! A whole frame: pixels, samples, layers.
 
 use super::adaptive::{self, Noise};
-use super::influence::{Lights, NO_SAMPLES, least_of_neighbours, thinned};
+use super::influence::{Lights, NO_SAMPLES, Thinned, least_of_neighbours};
 use super::path::{First, Scene};
 use super::{Method, TraceParams, Tracer, Walk};
 use crate::bvh::Ray;
@@ -70,9 +70,9 @@ pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, 
         let index = at.y as usize * camera.width + at.x as usize;
         // Where noise is to be measured, there are enough samples for that.
         let least = if params.error_target.is_some() { adaptive::PILOT.min(params.samples) } else { 0 };
-        let most = thinned(params.samples, thinning[index]).max(least);
-        let mut pixel = Started::new(begun[index], most, params.samples);
-        let first = if params.error_target.is_some() { least } else { most };
+        let thinned = Thinned::new(params.samples, thinning[index], least);
+        let mut pixel = Started::new(begun[index], thinned);
+        let first = if params.error_target.is_some() { least } else { thinned.samples };
         tracer.sample_until(frame, at, first, &mut pixel);
         pixel
     };
@@ -101,10 +101,8 @@ struct Begun {
 /// A pixel under way.
 struct Started {
     begun: Begun,
-    /// Samples it takes at most.
-    most: u32,
-    /// What `most` is short of the frame's number of samples, as a factor.
-    boost: f32,
+    /// What it takes at most.
+    thinned: Thinned,
     samples: u32,
     covered: u32,
     object: Vec3,
@@ -115,11 +113,9 @@ struct Started {
 }
 
 impl Started {
-    /// To take at most `most` of the frame's `all` samples.
-    fn new(begun: Begun, most: u32, all: u32) -> Self {
+    fn new(begun: Begun, thinned: Thinned) -> Self {
         let (object, delta, noise) = (Vec3::ZERO, Vec3::ZERO, Noise::default());
-        let boost = all as f32 / most.max(1) as f32;
-        Self { begun, most, boost, samples: 0, covered: 0, object, delta, noise, rays: 0, discarded: 0 }
+        Self { begun, thinned, samples: 0, covered: 0, object, delta, noise, rays: 0, discarded: 0 }
     }
 
     fn finish(&self) -> Finished {
@@ -222,7 +218,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                 First::Real(hit) => First::Real(self.world.shown_surface(hit, ray.direction, pick)),
                 first => first,
             };
-            let (into_object, value) = self.sample(&ray, first, pixel.boost, &mut walk);
+            let (into_object, value) = self.sample(&ray, first, pixel.thinned, &mut walk);
             pixel.rays += walk.rays;
             pixel.covered += u32::from(into_object);
             let value = if value.is_finite() {
@@ -244,7 +240,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let width = frame.camera.width;
         let wrap = frame.camera.projection == Projection::Panorama;
         let noise = |pixels: &[Started]| pixels.iter().map(|p| p.noise).collect::<Vec<_>>();
-        let most: Vec<u32> = pixels.iter().map(|p| p.most).collect();
+        let most: Vec<u32> = pixels.iter().map(|p| p.thinned.samples).collect();
         let counts = adaptive::settle(&noise(pixels), &most, target, width, wrap);
         progress.begin("refine", frame.camera.height as u64);
         pixels.par_chunks_mut(width).zip(counts.par_chunks(width)).enumerate().for_each(|(y, (row, counts))| {
@@ -270,7 +266,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     }
 
     /// Whether the sample shows an object, and its radiance or the change of the real surface it shows.
-    fn sample(&self, ray: &Ray, first: First, boost: f32, walk: &mut Walk) -> (bool, Vec3) {
+    fn sample(&self, ray: &Ray, first: First, thinned: Thinned, walk: &mut Walk) -> (bool, Vec3) {
         let bounces = self.params.bounces;
         match (first, self.params.method) {
             (First::Infinity, _) => (false, Vec3::ZERO),
@@ -287,7 +283,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
             }
             (First::Real(hit), method) => {
                 let change = match method {
-                    Method::Dpt => self.delta(&hit, bounces, boost, walk),
+                    Method::Dpt => self.delta(&hit, bounces, thinned, walk),
                     Method::OnePass => {
                         let (mixed, real) = self.one_pass(&hit, bounces, walk);
                         mixed - real

@@ -137,7 +137,10 @@ fn thinning_of(hit: RealHit) -> u32 {
     if second_order {
         share = max(share, SECOND_ORDER_SHARE * aim_at(x, hit.normal, SURROUNDINGS).form_factor);
     }
-    let most = select(MOST_THINNING, MOST_THINNING_UNAIMED, EMITTERS || MIS != BALANCE || spiky);
+    var most = select(MOST_THINNING, MOST_THINNING_SPIKY, spiky);
+    if EMITTERS || MIS != BALANCE {
+        most = MOST_THINNING_UNAIMED;
+    }
     var thinning = 1u;
     while thinning < most && share * share * f32(2u * thinning) <= 1.0 {
         thinning *= 2u;

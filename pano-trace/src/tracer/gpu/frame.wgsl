@@ -47,11 +47,12 @@ struct Pixel {
     rays: u32,
     // Samples it takes; after `start` one in how many its centre asks for.
     most: u32,
-    // What `most` is short of the frame's number of samples, as a factor.
+    // How many of the frame's samples each stands for.
     boost: f32,
     // Whether an object may be seen.
     mixed: u32,
-    pad: u32,
+    // How often each sample looks for changes.
+    share: f32,
 }
 
 @group(0) @binding(0) var<uniform> params: Trace;

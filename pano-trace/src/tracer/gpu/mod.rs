@@ -10,7 +10,7 @@ mod scene;
 
 use super::delta::{AROUND, FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE};
 use super::delta::{SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
-use super::influence::{self, least_of_neighbours, thinned};
+use super::influence::{self, Thinned, least_of_neighbours};
 use super::path::ROULETTE_FROM;
 use super::{Frame, Method, Mis, Pixel, TraceParams, Traced, layers};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
@@ -76,7 +76,7 @@ struct GpuPixel {
     most: u32,
     boost: f32,
     mixed: u32,
-    pad: u32,
+    share: f32,
 }
 
 impl GpuPixel {
@@ -112,6 +112,7 @@ const AIM: Piece = Piece {
             Constant::f32("SPIKY", influence::SPIKY),
             Constant::u32("MOST_THINNING", influence::MOST_THINNING),
             Constant::u32("NO_SAMPLES", influence::NO_SAMPLES),
+            Constant::u32("MOST_THINNING_SPIKY", influence::MOST_THINNING_SPIKY),
             Constant::u32("MOST_THINNING_UNAIMED", influence::MOST_THINNING_UNAIMED),
             Constant::f32("WIDEST_BEAM", WIDEST),
             Constant::f32("SURROUNDINGS", SURROUNDINGS),
@@ -233,8 +234,8 @@ pub fn render(
     let wrap = frame.camera.projection == Projection::Panorama;
     let thinning: Vec<u32> = pixels.iter().map(|p| p.most).collect();
     for (pixel, thinning) in pixels.iter_mut().zip(least_of_neighbours(&thinning, width, wrap)) {
-        pixel.most = thinned(params.samples, thinning);
-        pixel.boost = params.samples as f32 / pixel.most.max(1) as f32;
+        let Thinned { samples, boost, share } = Thinned::new(params.samples, thinning, 0);
+        (pixel.most, pixel.boost, pixel.share) = (samples, boost, share);
     }
     for band in bands() {
         let rows = Rows::of((width, height), &band);

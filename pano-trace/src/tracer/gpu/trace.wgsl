@@ -109,7 +109,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                 } else if first.what == REAL {
                     path = path_of(vec3f(1.0), params.bounces, true);
                     if METHOD == DPT {
-                        effort = 1.0;
+                        effort = pixel.share;
                         least = LEAST_EFFORT;
                         boost = pixel.boost;
                         lights = u32(sqrt(boost));
