@@ -282,7 +282,8 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
                     lamp = 0u;
                     let clear = BODIES && found.lobes.transmission > 0.0;
                     scale *= transmittance;
-                    total += scale * (emission + select(found.lobes.diffuse * open, vec3f(0.0), clear));
+                    let white = !clear && any(found.lobes.diffuse > vec3f(0.0));
+                    total += scale * (emission + select(vec3f(0.0), found.lobes.diffuse * open, white));
                     without = open * PI;
                     change = vec3f(0.0);
                     question = select(AMBIENT, ONWARD, clear);
