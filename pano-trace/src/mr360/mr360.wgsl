@@ -284,8 +284,10 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
                     scale *= transmittance;
                     let white = !clear && any(found.lobes.diffuse > vec3f(0.0));
                     total += scale * (emission + select(vec3f(0.0), found.lobes.diffuse * open, white));
-                    without = open * PI;
-                    change = vec3f(0.0);
+                    if depth == 0u {
+                        without = open * PI;
+                        change = vec3f(0.0);
+                    }
                     question = select(AMBIENT, ONWARD, clear);
                 }
             }

@@ -83,7 +83,7 @@ fn assert_lit(what: &str, [got, want]: &[Lit; 2], samples: u32) {
 /// Every kind of surface over each world, with all effects.
 fn frames_equal_the_cpu(gpu: &Gpu) {
     let camera = view(67, 45);
-    let whole = Camera { projection: Projection::Panorama, position: Vec3::new(0.1, 0.9, 0.4), ..view(60, 31) };
+    let whole = Camera { projection: Projection::Panorama, position: Vec3::new(0.1, 0.9, 0.4), ..view(80, 41) };
     let (photo_of_view, photo_of_whole) = (photo(&camera), photo(&whole));
     for (i, (world, objects)) in worlds(30.0).iter().zip([of_all_kinds(), plain(), textured()]).enumerate() {
         for (camera, photo) in [(&camera, &photo_of_view), (&whole, &photo_of_whole)] {
@@ -91,7 +91,7 @@ fn frames_equal_the_cpu(gpu: &Gpu) {
             let [_, want] = &lit;
             let changed = want.traced.layers.delta.data().iter().filter(|d| d.length() > 0.01).count();
             let covered = want.traced.layers.coverage.data().iter().filter(|c| **c > 0.0).count();
-            assert!(changed > 100 && covered > 100, "world {i}: {changed} pixels change, objects are in {covered}");
+            assert!(changed > 100 && covered > 50, "world {i}: {changed} pixels change, objects are in {covered}");
             assert!(want.shadows[0].data().iter().any(|s| *s < 1.0), "world {i}");
             assert_lit(&format!("world {i}, {:?}", camera.projection), &lit, 4);
         }
@@ -207,7 +207,7 @@ fn bands_and_submissions_make_no_difference(gpu: &Gpu) {
         let lit = gpu::render(gpu, &frame, world, &lighting, &Params { samples, ..params(&photo) }, &Silent).unwrap().unwrap();
         (lit, gpu.submissions() - before)
     };
-    let small = Gpu::new(&GpuOptions { max_binding: Some(100_000), ..GpuOptions::default() }).unwrap();
+    let small = Gpu::new(&GpuOptions { max_binding: Some(200_000), ..GpuOptions::default() }).unwrap();
     let wide = view(150, 61);
     let ((whole, once), (banded, often)) = (trace(gpu, &wide, 2), trace(&small, &wide, 2));
     assert!(often >= 4 * once, "{once} and {often} submissions");

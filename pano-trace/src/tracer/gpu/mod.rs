@@ -12,7 +12,7 @@ use super::delta::{AROUND, FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE};
 use super::delta::{SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
 use super::influence::{self, least_of_neighbours};
 use super::path::ROULETTE_FROM;
-use super::{Frame, Method, Mis, Pixel, TraceParams, Traced, layers};
+use super::{Frame, Lights, Method, Mis, Pixel, TraceParams, Traced, layers};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
 use crate::bvh::gpu::TRAVERSAL;
 use crate::cone::{MARGIN, NARROWEST};
