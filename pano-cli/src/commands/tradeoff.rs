@@ -2,7 +2,7 @@
 
 use crate::{failure::Failure, output, progress::Console};
 use pano_compose::pipeline::Folder;
-use pano_compose::tradeoff::{self, BUDGETS_MS, COMBINATION, Row, TradeoffParams, affordable, front};
+use pano_compose::tradeoff::{self, BUDGETS_MS, COMBINATION, Row, TradeoffParams, Verdict, affordable, front};
 use pano_core::{Error, io::read_image, scene::Scene};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -36,6 +36,9 @@ struct Report<'a> {
     truth_error: Option<f64>,
     choices: Vec<BudgetChoice<'a>>,
     front: &'a [&'a Row],
+    default: &'a Row,
+    default_beaten_by: Option<&'a Row>,
+    rising: &'a [String],
 }
 
 #[derive(Debug, Serialize)]
@@ -61,8 +64,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     output::message(&format!("see {}", folder.path().join("index.html").display()));
     if args.json {
         let choices = BUDGETS_MS.iter().map(|&ms| BudgetChoice { budget_ms: ms, choice: affordable(&front, ms) }).collect();
-        let truth_error = found.truth.error;
-        return output::print_json(&Report { truth: &found.truth.origin, truth_error, choices, front: &front });
+        let Verdict { default, beaten_by, rising } = &found.verdict;
+        return output::print_json(&Report {
+            truth: &found.truth.origin,
+            truth_error: found.truth.error,
+            choices,
+            front: &front,
+            default,
+            default_beaten_by: beaten_by.as_ref(),
+            rising,
+        });
     }
     let sure = found.truth.error.map_or(String::new(), |e| format!(", own error {e:.4}"));
     let mut lines = format!("truth: {}{sure}\n", found.truth.origin);
@@ -72,5 +83,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             None => format!("{ms:>6} ms  nothing is this fast here\n"),
         };
     }
+    lines += &format!("{}\n", found.verdict);
     output::print(&lines)
 }

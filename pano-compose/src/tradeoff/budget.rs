@@ -103,7 +103,7 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
     }
     // What a scene leaves to us may also become a cheaper picture of fewer bounces, or of another method.
     let cheapest = prepared_by_cost[0].clone();
-    prepared_by_cost.splice(0..0, cheaper(&cheapest, bench.method_is_free()));
+    prepared_by_cost.splice(0..0, cheaper(&cheapest, bench.method_is_free(), bench.is_captured()));
     progress.advance(1);
     let time = |bench: &mut Bench<'_>, prepared: &Choice, samples: u32| -> Result<f64> {
         let row = bench.measure(&Choice { samples, ..prepared.clone() }, progress)?;
@@ -142,17 +142,25 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
     Ok(chosen)
 }
 
-/// Cheaper pictures than `choice`, from the cheapest on; of other methods only if that is `free`.
-fn cheaper(choice: &Choice, free: bool) -> Vec<Choice> {
+/// Cheaper pictures than `choice`, from the cheapest on; of other methods only if that is `free`; a `captured` world may be coarse.
+fn cheaper(choice: &Choice, free: bool, captured: bool) -> Vec<Choice> {
     let few = choice.method.default_bounces();
     let mut all = Vec::new();
     if free && choice.method != Method::Ibl {
-        let ibl = Choice { method: Method::Ibl, bounces: few, settings: Vec::new(), ..choice.clone() };
+        let other = |method: Method| {
+            let bounces = method.default_bounces();
+            Choice { method, bounces, settings: Vec::new(), ..choice.clone() }
+        };
+        // Of the preparations they have the surfaces only.
+        let surfaces = PREPARATIONS.iter().rev().flat_map(|p| p.iter()).find(|(key, _)| *key == "field_resolution");
+        let coarse = |choice: &Choice| Choice { settings: surfaces.into_iter().copied().collect(), ..choice.clone() };
+        let (ibl, recursive) = (other(Method::Ibl), other(Method::Rt2ar));
+        all.extend(captured.then(|| Choice { denoise: false, ..coarse(&ibl) }));
         all.extend(choice.denoise.then(|| Choice { denoise: false, ..ibl.clone() }));
         all.push(ibl);
         if choice.method == Method::Dpt {
-            let bounces = Method::Rt2ar.default_bounces();
-            all.push(Choice { method: Method::Rt2ar, bounces, settings: Vec::new(), ..choice.clone() });
+            all.extend(captured.then(|| coarse(&recursive)));
+            all.push(recursive);
         }
     }
     if choice.bounces > few {
@@ -265,13 +273,16 @@ mod tests {
     fn cheaper_pictures_keep_to_what_was_asked_for() {
         let choice =
             Choice { method: Method::Dpt, samples: 1, bounces: 5, denoise: true, settings: vec![("back_faces", "false")] };
-        let told = |free: bool| cheaper(&choice, free).iter().map(|c| (c.method, c.bounces, c.denoise)).collect::<Vec<_>>();
+        let told =
+            |free: bool| cheaper(&choice, free, false).iter().map(|c| (c.method, c.bounces, c.denoise)).collect::<Vec<_>>();
         assert_eq!(told(false), [(Method::Dpt, 3, true)]);
         assert_eq!(
             told(true),
             [(Method::Ibl, 3, false), (Method::Ibl, 3, true), (Method::Rt2ar, 6, true), (Method::Dpt, 3, true)]
         );
-        assert!(cheaper(&Choice { bounces: 2, ..choice }, false).is_empty());
+        let coarse = [("field_resolution", "128")];
+        assert_eq!([0, 3].map(|i| cheaper(&choice, true, true)[i].settings.clone()), [coarse, coarse]);
+        assert!(cheaper(&Choice { bounces: 2, ..choice }, false, true).is_empty());
     }
 
     #[test]

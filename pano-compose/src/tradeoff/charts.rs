@@ -23,8 +23,12 @@ const COLOURS: [RGBColor; 7] = [
 pub(super) fn error_against_time(rows: &[Row]) -> Result<String> {
     let rows: Vec<Row> = rows.iter().filter(|r| r.series == COMBINATION).cloned().collect();
     let front: Vec<(f64, f64)> = front(&rows).iter().map(|r| (r.ms, r.error)).collect();
-    let mut methods: Vec<&str> = rows.iter().map(|r| r.method.as_str()).collect();
-    methods.dedup();
+    let mut methods: Vec<&str> = Vec::new();
+    for row in &rows {
+        if !methods.contains(&row.method.as_str()) {
+            methods.push(&row.method);
+        }
+    }
     draw(SIZE, |area| {
         let (x, y) = (span(rows.iter().map(|r| r.ms)), span(rows.iter().map(|r| r.error)));
         let mut chart = ChartBuilder::on(area)

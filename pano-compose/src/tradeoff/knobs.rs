@@ -1,7 +1,7 @@
 //! Every knob that trades accuracy for time, in one table.
 
-use crate::pipeline::{Error, Result, Settings};
-use pano_core::scene::Method;
+use crate::pipeline::{Error, RenderOptions, Result, Settings};
+use pano_core::scene::{Method, Scene};
 use serde::Serialize;
 
 /// Which methods a knob acts on.
@@ -269,14 +269,15 @@ impl Choice {
         Self { settings: turned.to_vec(), ..self.clone() }
     }
 
-    /// What the pipeline is told.
+    /// Puts all of it into a scene and the options it is rendered with.
     ///
     /// # Errors
     /// [`Error::Unsupported`] for a setting out of range.
-    pub fn settings(&self) -> Result<Settings> {
-        let mut settings = Settings::default();
-        self.settings.iter().try_for_each(|(key, value)| settings.set(key, value))?;
-        Ok(settings)
+    pub fn apply(&self, scene: &mut Scene, options: &mut RenderOptions) -> Result<()> {
+        let Self { method, samples, bounces, denoise, settings } = self;
+        (scene.render.method, scene.render.samples, scene.render.bounces) = (*method, *samples, *bounces);
+        options.denoise = *denoise;
+        settings.iter().try_for_each(|(key, value)| options.settings.set(key, value))
     }
 
     /// The options of `pano render` that ask for this.
@@ -299,18 +300,25 @@ mod tests {
         Choice { method: Method::Dpt, samples: 64, bounces: 3, denoise: true, settings: vec![] }
     }
 
+    fn applied(choice: &Choice) -> (Scene, RenderOptions) {
+        let mut scene = Scene::parse("[panorama]\ncolor = 'pano.exr'\n", "scene.toml").unwrap();
+        let mut options = RenderOptions::default();
+        choice.apply(&mut scene, &mut options).unwrap();
+        (scene, options)
+    }
+
     #[test]
     fn every_value_is_accepted_and_the_default_changes_nothing() {
         for knob in KNOBS {
             assert!(knob.values.contains(&knob.default), "{}: the sweep has the default", knob.name);
             for value in knob.values {
                 let choice = default_choice().with(knob, value).unwrap();
-                choice.settings().unwrap();
+                applied(&choice);
                 assert_eq!(choice == default_choice(), *value == knob.default, "{} = {value}", knob.name);
                 assert_eq!(choice.value_of(knob), *value, "{}", knob.name);
             }
             let at_default = default_choice().with(knob, knob.default).unwrap();
-            assert_eq!(at_default.settings().unwrap(), Settings::default(), "{}", knob.name);
+            assert_eq!(applied(&at_default).1.settings, Settings::default(), "{}", knob.name);
         }
     }
 
@@ -331,7 +339,17 @@ mod tests {
 
     #[test]
     fn preparations_are_settings() {
-        PREPARATIONS.iter().for_each(|p| assert!(default_choice().prepared(p).settings().is_ok(), "{p:?}"));
+        PREPARATIONS.iter().for_each(|p| _ = applied(&default_choice().prepared(p)));
+    }
+
+    #[test]
+    fn every_part_of_a_choice_is_applied() {
+        let settings = vec![("irradiance_width", "128")];
+        let choice = Choice { method: Method::Rt2ar, samples: 7, bounces: 5, denoise: false, settings };
+        let (scene, options) = applied(&choice);
+        let render = &scene.render;
+        assert_eq!((render.method, render.samples, render.bounces), (Method::Rt2ar, 7, 5));
+        assert!(!options.denoise && options.settings.captured.irradiance_width == 128);
     }
 
     #[test]

@@ -220,11 +220,9 @@ impl<'a> Bench<'a> {
     }
 
     fn render(&mut self, choice: &Choice, seed: u32, progress: &dyn Progress) -> Result<(Rendered, f64)> {
-        let settings = choice.settings()?;
-        let mut scene = Scene::clone(&self.scene);
-        scene.render.method = choice.method;
-        scene.render.samples = choice.samples;
-        scene.render.bounces = choice.bounces;
+        let (mut scene, mut options) = (Scene::clone(&self.scene), RenderOptions { seed, ..RenderOptions::default() });
+        choice.apply(&mut scene, &mut options)?;
+        let settings = options.settings;
         let prepared = match self.world.take() {
             Some(prepared) if prepared.method == choice.method && prepared.settings == settings => prepared,
             _ => {
@@ -233,7 +231,6 @@ impl<'a> Bench<'a> {
                 Prepared { method: choice.method, settings, world, ms: begin.elapsed().as_secs_f64() * 1e3 }
             }
         };
-        let options = RenderOptions { denoise: choice.denoise, seed, settings, ..RenderOptions::default() };
         let rendered =
             Frame::new(&scene, &self.inputs, &self.objects, &prepared.world, &options).render(Clock::new(), progress)?;
         let world_ms = prepared.ms;
@@ -253,9 +250,10 @@ impl<'a> Bench<'a> {
         let mut shots: Vec<Shot> = Vec::new();
         for repeat in 0..self.params.repeats.max(1) {
             let (rendered, world_ms) = self.render(choice, self.params.seed.wrapping_add(repeat), &Quiet(progress))?;
-            let of =
-                |name: &str| rendered.stats.stages.iter().filter(|s| s.name == name).map(|s| s.ms).fold(0.0, |sum, ms| sum + ms);
-            let (trace_ms, denoise_ms, ms) = (of("trace"), of("denoise"), rendered.stats.total_ms + world_ms);
+            let of = |work: Work| {
+                rendered.stats.stages.iter().filter(|s| Work::of(&s.name) == work).map(|s| s.ms).fold(0.0, |sum, ms| sum + ms)
+            };
+            let (trace_ms, denoise_ms, ms) = (of(Work::Tracing), of(Work::Filtering), rendered.stats.total_ms + world_ms);
             let error = self.error_of(&rendered.composite.color)?;
             shots.push(Shot { ms, world_ms, trace_ms, denoise_ms, error });
         }
@@ -283,6 +281,26 @@ impl<'a> Bench<'a> {
             error_se: (variance / n).sqrt(),
             repeats: shots.len() as u32,
         })
+    }
+}
+
+/// What kind of work a stage is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Work {
+    Tracing,
+    Filtering,
+    Other,
+}
+
+impl Work {
+    /// That of the stage called `name` in `--stats`.
+    fn of(name: &str) -> Self {
+        match name {
+            "trace" | "g-buffer" | "real pixels" | "virtual pixels" | "update" => Self::Tracing,
+            "denoise" | "mean" | "sparse mask" | "interpolation" => Self::Filtering,
+            _ if name.starts_with("filter ") || name.starts_with("history ") => Self::Filtering,
+            _ => Self::Other,
+        }
     }
 }
 

@@ -20,7 +20,7 @@ mod record;
 mod truth;
 
 pub use budget::{Chosen, Goal, choose};
-pub use front::{BUDGETS_MS, affordable, front};
+pub use front::{BUDGETS_MS, Verdict, affordable, front};
 use knobs::COMBINED_BOUNCES;
 pub use knobs::{Choice, KNOBS, Knob, PREPARATIONS, Scope};
 pub use record::Row;
@@ -40,7 +40,7 @@ use record::Record;
 pub struct TradeoffParams {
     /// Repeats of each measurement, with seeds of their own, ≥ 1; the median time and the mean error count.
     pub repeats: u32,
-    /// Samples are not raised further once a picture takes this many milliseconds, preparing the world left out.
+    /// Samples are raised as long as a picture can be expected to take this many milliseconds, preparing the world left out.
     pub longest_ms: f64,
     /// Samples a pixel of the converged run, ≥ 2, where no truth is given.
     pub truth_samples: u32,
@@ -53,7 +53,7 @@ pub struct TradeoffParams {
 impl TradeoffParams {
     /// Minutes to half an hour for a picture of some hundred thousand pixels.
     pub fn full() -> Self {
-        Self { repeats: 3, longest_ms: 12_000.0, truth_samples: 1024, truth: None, seed: 0 }
+        Self { repeats: 3, longest_ms: 6_000.0, truth_samples: 1024, truth: None, seed: 0 }
     }
 
     /// A first look.
@@ -69,6 +69,8 @@ pub struct Tradeoff {
     pub rows: Vec<Row>,
     /// The truth and how sure of it we are.
     pub truth: Truth,
+    /// Whether the documented defaults are worth their time here, and whether errors fall as they should.
+    pub verdict: Verdict,
     /// The files that were written.
     pub files: Vec<String>,
 }
@@ -101,17 +103,18 @@ pub fn run(
     progress.begin("sweep", total as u64);
     bench.warm_up(progress)?;
     for choice in combinations {
-        // Once a picture takes too long, more samples take longer.
-        let mut over = false;
+        // Once a picture would take too long, more samples would take longer.
+        let mut last: Option<Row> = None;
         for count in samples().values {
-            if !over {
-                let row = record.or_measure(COMBINATION, &choice.with(samples(), count)?, &mut bench, progress)?;
-                over = row.ms - row.world_ms > params.longest_ms;
+            let choice = choice.with(samples(), count)?;
+            if last.as_ref().is_none_or(|row| expected_ms(row, choice.samples) <= params.longest_ms) {
+                last = Some(record.or_measure(COMBINATION, &choice, &mut bench, progress)?);
             }
             progress.advance(1);
         }
     }
-    let base = bench.default_choice(bench.resolved());
+    let mut base = bench.default_choice(bench.resolved());
+    let default = record.or_measure(COMBINATION, &base, &mut bench, progress)?;
     // The scene's own method goes on until the front has its length.
     let fastest = record.rows().iter().map(|row| row.ms).fold(f64::INFINITY, f64::min);
     for count in samples().values {
@@ -120,14 +123,27 @@ pub fn run(
             break;
         }
     }
+    // Knobs are turned at fewer samples where the default would take too long.
+    while base.samples > 1 && expected_ms(&default, base.samples) > params.longest_ms {
+        base.samples = base.samples.div_ceil(FEWER);
+    }
     for knob in bench.single_knobs() {
         for value in knob.values {
             record.or_measure(knob.name, &base.with(knob, value)?, &mut bench, progress)?;
             progress.advance(1);
         }
     }
-    let files = page::write(folder, &mut bench, &record, &truth, progress)?;
-    Ok(Tradeoff { rows: record.into_rows(), truth, files })
+    let verdict = Verdict::new(default, record.rows());
+    let files = page::write(folder, &mut bench, &record, &truth, &verdict, progress)?;
+    Ok(Tradeoff { rows: record.into_rows(), truth, verdict, files })
+}
+
+/// What one number of the knob `samples` has for the one before.
+const FEWER: u32 = 4;
+
+/// Milliseconds after preparing the world that a picture as `row`, but with `samples`, takes at most.
+fn expected_ms(row: &Row, samples: u32) -> f64 {
+    (row.ms - row.world_ms) * f64::from(samples) / f64::from(row.samples)
 }
 
 /// The knob that every combination is swept along.

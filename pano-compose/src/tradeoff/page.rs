@@ -2,7 +2,7 @@
 
 use super::measure::Bench;
 use super::record::Record;
-use super::{BUDGETS_MS, COMBINATION, Choice, KNOBS, PREPARATIONS, Row, Truth, affordable, charts, front};
+use super::{BUDGETS_MS, COMBINATION, Choice, KNOBS, PREPARATIONS, Row, Truth, Verdict, affordable, charts, front};
 use crate::pipeline::{Folder, Result};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use pano_core::{image::RadianceImage, io, progress::Progress};
@@ -14,6 +14,7 @@ pub(super) fn write(
     bench: &mut Bench<'_>,
     record: &Record,
     truth: &Truth,
+    verdict: &Verdict,
     progress: &dyn Progress,
 ) -> Result<Vec<String>> {
     let mut names = vec!["results.csv".to_owned()];
@@ -67,7 +68,9 @@ pub(super) fn write(
         .replace("{overview}", &overview)
         .replace("{choices}", &choices(&front))
         .replace("{front}", &table(&front))
+        .replace("{verdict}", &escape(&verdict.to_string()))
         .replace("{curves}", &curves)
+        .replace("{samples}", &record.rows().iter().find(|r| r.series != COMBINATION).map_or(0, |r| r.samples).to_string())
         .replace("{knobs}", &knobs())
         .replace("{pictures}", &pictures);
     io::write_text(folder.path().join("index.html"), &page)?;
@@ -150,9 +153,10 @@ prepared scene to the composite; with depth, preparing the captured world is par
 <h2>Pictures</h2>
 {pictures}
 <h2>The front</h2>
+<p>Here {verdict}.</p>
 <table><tr><th>options<th>ms<th>world<th>trace<th>filter<th>error{front}</table>
 <h2>One knob at a time</h2>
-<p>Time and error relative to the default (black), bars: standard error.</p>
+<p>Time and error relative to the default (black), {samples} samples a pixel; bars: standard error.</p>
 {curves}
 <h2>All knobs</h2>
 <table><tr><th>knob<th>unit<th>range<th>default<th>a cheap value costs{knobs}</table>

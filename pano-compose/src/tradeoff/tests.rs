@@ -69,6 +69,7 @@ fn a_sweep_writes_its_page_goes_on_and_refuses_what_is_not_its_own() {
     }
     let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("data:image/png;base64,") && !page.contains("{overview}"));
+    assert_eq!(page.matches(">\ndpt\n<").count(), 1, "a legend has every method once");
     assert!(!page.contains("src=\"http") && !page.contains("href="), "the page is self-contained");
     assert!(first.truth.error.unwrap() > 0.0);
     // Unfiltered noise falls; the filter's rows need not.
@@ -140,4 +141,34 @@ fn smaller_errors_take_more_samples_and_the_impossible_is_said() {
     let impossible = chosen(Goal::Time(1e-3));
     assert!(impossible.caveat.is_some() && impossible.choice.samples == 1, "{impossible:?}");
     assert!(choose(&scene, Goal::Time(f64::NAN), true, &Silent).is_err());
+}
+
+#[test]
+fn a_verdict_minds_clock_and_error_bars() {
+    let with = |samples: u32, ms: f64, error: f64, error_se: f64| Row {
+        arguments: format!("--method dpt --samples {samples} --bounces 3"),
+        samples,
+        error_se,
+        ..row(ms, error)
+    };
+    let default = with(64, 1000.0, 0.02, 1e-3);
+    let verdict = |other: &Row| Verdict::new(default.clone(), &[default.clone(), other.clone()]);
+    let beaten = |other: &Row| verdict(other).beaten_by.is_some();
+    assert!(beaten(&with(16, 900.0, 0.017, 1e-3)));
+    assert!(!beaten(&with(16, 980.0, 0.017, 1e-3)), "the clock");
+    assert!(!beaten(&with(16, 900.0, 0.018, 1e-3)), "the error bars");
+    assert!(!beaten(&Row { series: "mis".into(), ..with(16, 900.0, 0.01, 0.0) }), "a knob turned by itself");
+    // Error bars of 2·√2·10⁻³.
+    assert_eq!(verdict(&with(256, 4000.0, 0.0225, 1e-3)).rising, [""; 0]);
+    assert_eq!(verdict(&with(256, 4000.0, 0.0235, 1e-3)).rising, ["--method dpt --samples 256 --bounces 3"]);
+    assert_eq!(
+        verdict(&Row {
+            method: "ibl".into(),
+            arguments: "--method ibl --samples 256 --bounces 3".into(),
+            ..with(256, 1.0, 1.0, 0.0)
+        })
+        .rising,
+        [""; 0]
+    );
+    assert!(verdict(&with(16, 500.0, 0.03, 0.0)).to_string().contains("lie on the front"));
 }

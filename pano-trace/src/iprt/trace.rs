@@ -124,7 +124,7 @@ pub fn trace_real<W: RealWorld>(
     let (w, h) = (frame.camera.width, frame.camera.height);
     let trace_params = trace_params(params);
     let tracer = Tracer { objects: frame.objects, world, params: &trace_params };
-    let lights = Lights::of(world, frame.camera.position);
+    let lights = Lights::of(world, frame.camera.position, params.samples);
     let pass = Pass { frame, world, tracer: &tracer, lights, params, screen };
     let rows = rows(w, h, "real pixels", progress, |x, y, rays| {
         if wanted(x, y) { pass.real_pixel(UVec2::new(x as u32, y as u32), rays) } else { RealPixel::default() }

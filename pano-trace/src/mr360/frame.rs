@@ -51,6 +51,7 @@ pub(super) fn no_darker_than_black(pixel: Pixel) -> Pixel {
 }
 
 /// A pixel and what it cost.
+#[derive(Default)]
 struct LitPixel {
     pixel: Pixel,
     shadows: [f32; MAX_LIGHTS],

@@ -129,6 +129,7 @@ fn index(at: UVec2, width: usize) -> usize {
 }
 
 /// What is seen at a pixel's centre.
+#[derive(Default)]
 struct Center {
     guides: Pixel,
     /// Any ray through the pixel may meet an object.
@@ -140,6 +141,7 @@ struct Center {
 }
 
 /// A pixel and what it cost.
+#[derive(Default)]
 struct Shaded {
     pixel: Pixel,
     shadows: [f32; MAX_LIGHTS],

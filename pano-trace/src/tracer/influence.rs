@@ -15,8 +15,11 @@ use crate::directions::mirrored;
 use crate::world::{LightTarget, RealHit, RealWorld};
 use glam::{Vec2, Vec3};
 
-/// Points of the light that are looked at: a share of less than one of them asks for no more samples than the least.
-const LIGHTS: u32 = 128;
+/// Points of the light that are looked at, for the root of each of the frame's samples: the root tells apart the shares of light
+/// that ask for more samples than the least, and each of those is seen by some ten points.
+const LIGHTS_A_ROOT: f32 = 16.0;
+/// …and at most.
+const MOST_LIGHTS: u32 = 128;
 /// How much light behind the bounds counts: it is found or not, and deviates by up to half of the whole; what is looked for in the
 /// bounds deviates by half of the share, as they are about half filled.
 pub(super) const BEHIND: f32 = 2.0;
@@ -26,7 +29,9 @@ pub(super) const SPIKY: f32 = 2.0;
 pub(super) const MOST_THINNING: u32 = 64;
 /// The same where the noise does not go with the share: objects shine, however little of the light they take, or send images of
 /// lamps about, or a strategy that seldom finds them is left to itself.
-pub(super) const MOST_THINNING_UNAIMED: u32 = 4;
+pub(super) const MOST_THINNING_UNAIMED: u32 = 16;
+/// The thinning of a pixel in which nothing can change: it takes no sample.
+pub(super) const NO_SAMPLES: u32 = u32::MAX;
 /// How much the surroundings change another surface, of what they would if they were all black: they are as bright as what lies
 /// around them, on the average a quarter is taken, and the other surface returns only a part.
 pub(super) const SECOND_ORDER_SHARE: f32 = 0.2;
@@ -39,8 +44,9 @@ pub(crate) struct Lights {
 }
 
 impl Lights {
-    /// Those of `world`; the same for every pixel, so that numbers of samples have no noise of their own.
-    pub(crate) fn of(world: &impl RealWorld, viewer: Vec3) -> Self {
+    /// Those of `world` that `samples` a pixel call for; the same for every pixel, so that numbers of samples have no noise of
+    /// their own.
+    pub(crate) fn of(world: &impl RealWorld, viewer: Vec3, samples: u32) -> Self {
         let drawn = |i| {
             let sample = world.sample_light(viewer, spread_over_square(Vec2::splat(0.5), i))?;
             match sample.target {
@@ -50,7 +56,8 @@ impl Lights {
                 LightTarget::Anything => None,
             }
         };
-        Self { points: (0..LIGHTS).filter_map(drawn).collect() }
+        let count = ((LIGHTS_A_ROOT * (samples as f32).sqrt()) as u32).min(MOST_LIGHTS);
+        Self { points: (0..count).filter_map(drawn).collect() }
     }
 
     /// Writes them for a shader: where they begin and how many there are.
@@ -148,6 +155,11 @@ fn thinning_of(share: f32, most: u32) -> u32 {
     thinning
 }
 
+/// Samples that `thinning` leaves of `all`.
+pub(super) fn thinned(all: u32, thinning: u32) -> u32 {
+    if thinning == NO_SAMPLES { 0 } else { all.div_ceil(thinning) }
+}
+
 /// The least of each pixel's and its neighbours' thinning, `width` in a row: a pixel's centre does not tell what shows at its
 /// edges. Columns wrap if `wrap`.
 pub(super) fn least_of_neighbours(thinning: &[u32], width: usize, wrap: bool) -> Vec<u32> {
@@ -166,6 +178,7 @@ mod tests {
         assert_eq!([1.0, 0.8, 0.7, 0.5, 0.24, 0.12, 0.0].map(|share| thinning_of(share, 64)), [1, 1, 2, 4, 16, 64, 64]);
         assert_eq!(thinning_of(0.0, 4), 4);
         assert_eq!(thinning_of(f32::NAN, 64), 1);
+        assert_eq!([(64, 1), (64, 64), (65, 64), (1, 64), (64, NO_SAMPLES)].map(|(all, t)| thinned(all, t)), [64, 1, 2, 1, 0]);
     }
 
     proptest! {

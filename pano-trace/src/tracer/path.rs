@@ -15,9 +15,10 @@ pub(crate) enum First {
 }
 
 /// Which surfaces a path can meet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Scene {
     /// Real surfaces and virtual objects.
+    #[default]
     Mixed,
     /// Real surfaces only.
     Real,

@@ -1,7 +1,7 @@
 //! A whole frame: pixels, samples, layers.
 
 use super::adaptive::{self, Noise};
-use super::influence::{Lights, least_of_neighbours};
+use super::influence::{Lights, NO_SAMPLES, least_of_neighbours, thinned};
 use super::path::{First, Scene};
 use super::{Method, TraceParams, Tracer, Walk};
 use crate::bvh::Ray;
@@ -47,7 +47,7 @@ pub struct Sampling {
 }
 
 /// What a pixel comes to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pixel {
     pub(crate) object: Vec3,
     pub(crate) coverage: f32,
@@ -62,32 +62,35 @@ pub(crate) struct Pixel {
 pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, progress: &dyn Progress) -> Option<Traced> {
     let camera = frame.camera;
     let tracer = Tracer { objects: frame.objects, world, params };
-    let lights = Lights::of(world, camera.position);
+    let lights = Lights::of(world, camera.position, params.samples);
     let begun = pixels(camera, progress, |at| tracer.start(frame, at, &lights))?;
     let thinning: Vec<u32> = begun.iter().map(|b| b.thinning).collect();
     let thinning = least_of_neighbours(&thinning, camera.width, camera.projection == Projection::Panorama);
-    let mut pixels = pixels(camera, progress, |at| {
+    let started = |at: UVec2| {
         let index = at.y as usize * camera.width + at.x as usize;
         // Where noise is to be measured, there are enough samples for that.
-        let least = if params.error_target.is_some() { adaptive::PILOT.min(params.samples) } else { 1 };
-        let most = params.samples.div_ceil(thinning[index]).max(least);
+        let least = if params.error_target.is_some() { adaptive::PILOT.min(params.samples) } else { 0 };
+        let most = thinned(params.samples, thinning[index]).max(least);
         let mut pixel = Started::new(begun[index], most, params.samples);
         let first = if params.error_target.is_some() { least } else { most };
         tracer.sample_until(frame, at, first, &mut pixel);
         pixel
-    })?;
-    let sampling = match params.error_target {
-        Some(target) => Some(tracer.refine(frame, &mut pixels, target, progress)?),
-        None => None,
     };
-    let finished: Vec<Pixel> = pixels.iter().map(Started::finish).collect();
-    let layers = layers(camera, finished.iter());
-    let (rays, discarded) = (pixels.iter().map(|p| p.rays).sum(), pixels.iter().map(|p| p.discarded).sum());
+    let (finished, sampling): (Vec<Finished>, _) = match params.error_target {
+        None => (pixels(camera, progress, |at| started(at).finish())?, None),
+        Some(target) => {
+            let mut pixels = pixels(camera, progress, |at| Some(started(at)))?.into_iter().flatten().collect::<Vec<_>>();
+            let sampling = tracer.refine(frame, &mut pixels, target, progress)?;
+            (pixels.iter().map(Started::finish).collect(), Some(sampling))
+        }
+    };
+    let layers = layers(camera, finished.iter().map(|p| &p.pixel));
+    let (rays, discarded) = (finished.iter().map(|p| p.rays).sum(), finished.iter().map(|p| p.discarded).sum());
     Some(Traced { layers, rays, discarded, sampling })
 }
 
 /// A pixel before its first sample.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Begun {
     guides: Pixel,
     scene: Scene,
@@ -115,35 +118,49 @@ impl Started {
     /// To take at most `most` of the frame's `all` samples.
     fn new(begun: Begun, most: u32, all: u32) -> Self {
         let (object, delta, noise) = (Vec3::ZERO, Vec3::ZERO, Noise::default());
-        let boost = all as f32 / most as f32;
+        let boost = all as f32 / most.max(1) as f32;
         Self { begun, most, boost, samples: 0, covered: 0, object, delta, noise, rays: 0, discarded: 0 }
     }
 
-    fn finish(&self) -> Pixel {
-        let share = 1.0 / self.samples as f32;
-        Pixel {
+    fn finish(&self) -> Finished {
+        let share = 1.0 / self.samples.max(1) as f32;
+        let pixel = Pixel {
             object: self.object * share,
             delta: self.delta * share,
             coverage: self.covered as f32 * share,
             ..self.begun.guides
-        }
+        };
+        Finished { pixel, rays: self.rays, discarded: self.discarded }
     }
 }
 
+/// A pixel and what it cost.
+#[derive(Clone, Copy, Default)]
+struct Finished {
+    pixel: Pixel,
+    rays: u64,
+    discarded: u64,
+}
+
 /// What `pixel` makes of every pixel, row-major; rows in parallel. `None` if `progress` cancels.
-pub(crate) fn pixels<T: Send>(camera: &Camera, progress: &dyn Progress, pixel: impl Fn(UVec2) -> T + Sync) -> Option<Vec<T>> {
+pub(crate) fn pixels<T: Default + Send>(
+    camera: &Camera,
+    progress: &dyn Progress,
+    pixel: impl Fn(UVec2) -> T + Sync,
+) -> Option<Vec<T>> {
     let (w, h) = (camera.width, camera.height);
     progress.begin("trace", h as u64);
-    let rows: Vec<Vec<T>> = (0..h)
-        .into_par_iter()
-        .map(|y| {
-            let row =
-                if progress.cancelled() { Vec::new() } else { (0..w).map(|x| pixel(UVec2::new(x as u32, y as u32))).collect() };
+    let mut pixels = Vec::new();
+    // Each written where it stays: pages of memory cost as much as a ray for each of the pixels in them.
+    let all = (0..w * h).into_par_iter().with_min_len(w).map(|i| {
+        let (x, y) = (i % w, i / w);
+        if x == 0 {
             progress.advance(1);
-            row
-        })
-        .collect();
-    (!progress.cancelled()).then(|| rows.into_iter().flatten().collect())
+        }
+        if progress.cancelled() { T::default() } else { pixel(UVec2::new(x as u32, y as u32)) }
+    });
+    all.collect_into_vec(&mut pixels);
+    (!progress.cancelled()).then_some(pixels)
 }
 
 /// Indices of pixel `i` and of those within `radius` rows and columns, row by row; columns wrap if `wrap`.
@@ -181,9 +198,15 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let (guides, center) = self.guides(frame, corner + 0.5);
         // Where no object's bounds reach, no ray looks for one.
         let scene = if self.may_see_objects(frame.camera, corner) { Scene::Mixed } else { Scene::Real };
-        let all = self.params.samples == 1 || self.params.everywhere || self.params.method != Method::Dpt;
-        let thinning =
-            if scene == Scene::Mixed || all { 1 } else { self.thinning(&center, frame.camera.direction(corner + 0.5), lights) };
+        let all = scene == Scene::Mixed || self.params.everywhere;
+        let thinning = match self.params.method {
+            _ if all => 1,
+            Method::Dpt if self.params.samples == 1 => 1,
+            Method::Dpt => self.thinning(&center, frame.camera.direction(corner + 0.5), lights),
+            // Changes no real surface.
+            Method::Ibl => NO_SAMPLES,
+            Method::OnePass | Method::TwoPass => 1,
+        };
         Begun { guides, scene, thinning }
     }
 

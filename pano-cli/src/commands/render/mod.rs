@@ -80,11 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 /// Puts the settings that reach `goal` into scene and options, and says which they are.
 fn choose(args: &Args, goal: Goal, scene: &mut Scene, options: &mut RenderOptions, console: &Console) -> Result<Chosen, Failure> {
     let chosen = tradeoff::choose(scene, goal, args.denoise(), console)?;
-    scene.render.method = chosen.choice.method;
-    scene.render.samples = chosen.choice.samples;
-    for (key, value) in &chosen.choice.settings {
-        options.settings.set(key, value)?;
-    }
+    chosen.choice.apply(scene, options)?;
     let error = chosen.expected_error.map_or(String::new(), |e| format!(", error {e:.4}"));
     console.message(&format!("chose {}; expecting {:.0} ms{error}", chosen.choice.arguments(), chosen.expected_ms));
     if let Some(caveat) = &chosen.caveat {

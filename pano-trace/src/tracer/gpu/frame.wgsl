@@ -61,7 +61,10 @@ fn start(@builtin(global_invocation_id) id: vec3u) {
     if guides.real.exists {
         started.most = thinning_of(guides.real);
     }
-    if started.mixed == 1u || METHOD != DPT || EVERYWHERE {
+    if METHOD == IBL {
+        started.most = NO_SAMPLES;
+    }
+    if started.mixed == 1u || METHOD == ONE_PASS || METHOD == TWO_PASS || EVERYWHERE {
         started.most = 1u;
     }
     pixels[index_of(params.rows, texel)] = started;

@@ -10,7 +10,7 @@ pub(crate) mod scene;
 
 use super::delta::{AROUND, FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE};
 use super::delta::{SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
-use super::influence::{self, least_of_neighbours};
+use super::influence::{self, least_of_neighbours, thinned};
 use super::path::ROULETTE_FROM;
 use super::{Frame, Lights, Method, Mis, Pixel, TraceParams, Traced, layers};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
@@ -73,6 +73,7 @@ const AIM: Piece = Piece {
             Constant::f32("BEHIND", influence::BEHIND),
             Constant::f32("SPIKY", influence::SPIKY),
             Constant::u32("MOST_THINNING", influence::MOST_THINNING),
+            Constant::u32("NO_SAMPLES", influence::NO_SAMPLES),
             Constant::u32("MOST_THINNING_UNAIMED", influence::MOST_THINNING_UNAIMED),
             Constant::f32("SURROUNDINGS", SURROUNDINGS),
             Constant::f32("SECOND_ORDER_SHARE", influence::SECOND_ORDER_SHARE),
@@ -167,7 +168,7 @@ pub fn render(
 ) -> GpuResult<Option<Traced>> {
     assert_eq!(missing(params), None, "the caller asks before");
     let (scene, (clusters, lights)) = GpuScene::new(gpu, frame, world, |packed, words, _| {
-        (packed.clusters, Lights::of(world, frame.camera.position).pack(words))
+        (packed.clusters, Lights::of(world, frame.camera.position, params.samples).pack(words))
     })?;
     let constants = overrides(frame.objects, world, params);
     let cut = Submissions::new(gpu, frame, size_of::<Started>(), params.bounces as usize);
@@ -204,8 +205,8 @@ pub fn render(
     let wrap = frame.camera.projection == Projection::Panorama;
     let thinning: Vec<u32> = pixels.iter().map(|p| p.most).collect();
     for (pixel, thinning) in pixels.iter_mut().zip(least_of_neighbours(&thinning, width, wrap)) {
-        pixel.most = params.samples.div_ceil(thinning);
-        pixel.boost = params.samples as f32 / pixel.most as f32;
+        pixel.most = thinned(params.samples, thinning);
+        pixel.boost = params.samples as f32 / pixel.most.max(1) as f32;
     }
     for band in cut.bands() {
         let rows = cut.rows(&band);

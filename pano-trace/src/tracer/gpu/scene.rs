@@ -49,7 +49,7 @@ pub(crate) struct GpuPixel {
 impl GpuPixel {
     /// What `samples` samples come to.
     pub(crate) fn finish(&self, samples: u32) -> Pixel {
-        let share = 1.0 / samples as f32;
+        let share = 1.0 / samples.max(1) as f32;
         Pixel {
             object: self.object * share,
             coverage: self.covered as f32 * share,
