@@ -48,3 +48,26 @@ fn concentric_disc(u: vec2f) -> vec2f {
     return r * turn.yx;
 }
 
+
+// The unit vector whose cosine to `axis` is `z`, turned about it.
+fn around_axis(axis: vec3f, z: f32, turn: f32) -> vec3f {
+    let angle = sin_cos(turn * TAU);
+    let r = sqrt(max(1.0 - z * z, 0.0));
+    return normalize(axis * z + (tangent_of(axis) * angle.y + bitangent_of(axis) * angle.x) * r);
+}
+
+fn cap_direction(axis: vec3f, cos_radius: f32, u: vec2f) -> vec3f {
+    return around_axis(axis, 1.0 - u.x * (1.0 - cos_radius), u.y);
+}
+
+fn cosine_direction(normal: vec3f, u: vec2f) -> vec3f {
+    let disc = concentric_disc(u);
+    let up = sqrt(max(1.0 - dot(disc, disc), 0.0));
+    return normalize(tangent_of(normal) * disc.x + bitangent_of(normal) * disc.y + normal * up);
+}
+
+fn lobe_direction(axis: vec3f, roughness: f32, u: vec2f) -> vec3f {
+    let r2 = roughness * roughness;
+    let cos2 = (1.0 - u.x) / (1.0 + (r2 * r2 - 1.0) * u.x);
+    return around_axis(axis, max(2.0 * cos2 - 1.0, 0.0), u.y);
+}

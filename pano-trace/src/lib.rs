@@ -18,12 +18,18 @@ pub mod world;
 /// Every shader of this crate, for the checks that need no GPU.
 #[cfg(feature = "gpu")]
 pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
-    vec![&sparse::gpu::SHADER, &bvh::gpu::SHADER, &prt::gpu::SHADER, &tracer::gpu::SHADER]
+    vec![&sparse::gpu::SHADER, &bvh::gpu::SHADER, &prt::gpu::SHADER, &tracer::gpu::SHADER, &mr360::gpu::SHADER]
 }
 
 /// Structures that Rust fills for them, with the shader that declares each.
 #[cfg(feature = "gpu")]
 pub fn layouts() -> Vec<(&'static pano_core::gpu::Shader, pano_core::gpu::Layout)> {
-    [vec![(&sparse::gpu::SHADER, sparse::gpu::Sparse::LAYOUT)], bvh::gpu::layouts(), prt::gpu::layouts(), tracer::gpu::layouts()]
-        .concat()
+    [
+        vec![(&sparse::gpu::SHADER, sparse::gpu::Sparse::LAYOUT)],
+        bvh::gpu::layouts(),
+        prt::gpu::layouts(),
+        tracer::gpu::layouts(),
+        mr360::gpu::layouts(),
+    ]
+    .concat()
 }

@@ -29,6 +29,7 @@ struct Reply {
     weight: vec3f,
     // 1 there is a sample, 2 it is of a smooth lobe, 4 every lobe is smooth.
     flags: u32,
+    lobes: Lobes,
 }
 
 @group(0) @binding(0) var<uniform> count: vec4u;
@@ -53,5 +54,5 @@ fn scatter(@builtin(global_invocation_id) id: vec3u) {
     let value = bsdf_eval(bsdf, q.direction);
     let sample = bsdf_sample(bsdf, q.u);
     let flags = select(0u, 1u, sample.exists) | select(0u, 2u, sample.specular) | select(0u, 4u, bsdf_is_specular(bsdf));
-    replies[id.x] = Reply(value.f_cos, value.pdf, sample.direction, sample.pdf, sample.weight, flags);
+    replies[id.x] = Reply(value.f_cos, value.pdf, sample.direction, sample.pdf, sample.weight, flags, bsdf_lobes(bsdf));
 }

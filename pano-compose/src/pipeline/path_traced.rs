@@ -5,7 +5,7 @@ use super::device::Device;
 use super::frame::{Filtered, Frame, View};
 use super::view::{rescale_delta, rescale_error};
 use super::world::tracer_method;
-use super::{Clock, Error, Result, World};
+use super::{Clock, Error, Result};
 use crate::plan::EffectPlan;
 use pano_core::color::luminance;
 use pano_core::image::RadianceImage;
@@ -52,12 +52,7 @@ pub(super) fn trace(
             gloss_roughness: frame.options.settings.gloss_roughness,
             photo: &view.photo,
         };
-        let lit = match frame.world {
-            World::Proxies(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
-            World::Captured(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
-            World::Layered(world) => mr360::render(&traced_frame, world.as_ref(), found, &params, progress),
-        };
-        let lit = lit.ok_or(Error::Cancelled)?;
+        let lit = device.trace_lit(&traced_frame, frame.world, found, &params, progress)?.ok_or(Error::Cancelled)?;
         shadows = lit.shadows;
         lit.traced
     } else {

@@ -355,3 +355,46 @@ fn bsdf_sample(b: Bsdf, u: vec4f) -> BsdfSample {
     return sample;
 }
 
+
+// What a surface makes of light that is the same all around its lobes; see Bsdf::lobes.
+struct Lobes {
+    diffuse: vec3f,
+    roughness: f32,
+    specular: vec3f,
+    transmission: f32,
+}
+
+// Scale and bias of a conductor's reflectance at normal incidence that make it its directional albedo.
+fn split_sum(roughness: f32, cosine: f32) -> vec2f {
+    let r = vec4f(1.0 - roughness, 0.0425 - 0.0275 * roughness, 1.04 - 0.572 * roughness, 0.022 * roughness - 0.04);
+    let a = min(r.x * r.x, exp2(-9.28 * cosine)) * r.x + r.y;
+    return vec2f(-1.04, 1.04) * a + r.zw;
+}
+
+fn bsdf_lobes(b: Bsdf) -> Lobes {
+    var lobes = Lobes(b.diffuse, sqrt(b.alpha), vec3f(0.0), b.transmission);
+    if !GLOSS {
+        return lobes;
+    }
+    let cosine = min(abs(b.out.z), 1.0);
+    let coated = b.coat_table != NO_COAT;
+    if coated {
+        lobes.diffuse *= 1.0 - b.coat_shade * coat_mean(b.coat_table, b.alpha);
+    }
+    if b.alpha == 0.0 {
+        lobes.specular = bsdf_reflectance(b, cosine);
+        return lobes;
+    }
+    let split = split_sum(lobes.roughness, cosine);
+    lobes.specular = b.metal_f0 * split.x + b.metal * split.y;
+    if coated {
+        lobes.specular += b.coat * coat_albedo(b.coat_table, b.alpha, cosine);
+    }
+    return lobes;
+}
+
+// Reflectance of a real surface with full gloss; see fresnel.rs.
+fn gloss_fresnel(cosine: f32) -> f32 {
+    let m = 1.0 - clamp(cosine, 0.0, 1.0);
+    return GLOSS_F0 + (1.0 - GLOSS_F0) * (m * m * m * m * m);
+}

@@ -26,7 +26,7 @@ pub(super) fn schlick(f0: Vec3, share: f32, cos: f32) -> Vec3 {
 }
 
 /// Reflectance at normal incidence of a real surface with full gloss: that of glass, varnish and water, about.
-const GLOSS_F0: f32 = 0.04;
+pub(super) const GLOSS_F0: f32 = 0.04;
 
 /// Schlick's reflectance of a real surface with full gloss.
 #[inline]

@@ -45,6 +45,11 @@ pub fn render<W: RealWorld>(
     Some(Lit { traced: Traced { layers, rays, discarded, sampling: None }, shadows })
 }
 
+/// Where more light is blocked than the map's mean has, noise can take away too much.
+pub(super) fn no_darker_than_black(pixel: Pixel) -> Pixel {
+    Pixel { object: pixel.object.max(Vec3::ZERO), ..pixel }
+}
+
 /// A pixel and what it cost.
 #[derive(Default)]
 struct LitPixel {
@@ -90,10 +95,9 @@ impl<W: RealWorld> Shader<'_, W> {
             }
         }
         let share = 1.0 / self.params.samples as f32;
-        // Where more light is blocked than the map's mean has, noise can take away too much.
-        pixel.object = (object * share).max(Vec3::ZERO);
+        pixel.object = object * share;
         pixel.delta = delta * share;
         pixel.coverage = covered as f32 * share;
-        LitPixel { pixel, shadows: reached.map(|count| count as f32 * share), rays, discarded }
+        LitPixel { pixel: no_darker_than_black(pixel), shadows: reached.map(|count| count as f32 * share), rays, discarded }
     }
 }

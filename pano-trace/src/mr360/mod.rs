@@ -14,6 +14,8 @@
 //! rays of their own for ambient light.
 
 mod frame;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod shade;
 
 pub use frame::{Lit, render};

@@ -13,9 +13,9 @@ use pano_core::light::DirectionalLight;
 use std::f32::consts::PI;
 
 /// Reflections and refractions that a ray goes through: enough to enter and leave a hollow glass.
-const MAX_DEPTH: u32 = 6;
+pub(super) const MAX_DEPTH: u32 = 6;
 /// Roughness of the map that tells what lies behind a blocker: half of what it shows comes from within 27°.
-const BEHIND_ROUGHNESS: f32 = 0.5;
+pub(super) const BEHIND_ROUGHNESS: f32 = 0.5;
 
 /// Everything the samples of a frame share.
 pub(super) struct Shader<'a, W> {
@@ -48,9 +48,6 @@ impl<W: RealWorld> Shader<'_, W> {
         if lobes.diffuse.max_element() > 0.0 {
             light += lobes.diffuse * self.ambient(&surface, depth, walk);
         }
-        if lobes.specular.max_element() > 0.0 {
-            light += lobes.specular * self.mirrored(ray, &surface, &lobes, depth, walk);
-        }
         for (i, source) in self.lights().iter().enumerate() {
             let from = |d: Vec3| offset_point(surface.position, surface.bsdf.offset_normal(d));
             let sun = self.sun(source, from, surface.bsdf.normal(), walk);
@@ -60,6 +57,10 @@ impl<W: RealWorld> Shader<'_, W> {
                     *count += 1;
                 }
             }
+        }
+        // Last, so that the random numbers of ambient light and lamps do not depend on what is mirrored.
+        if lobes.specular.max_element() > 0.0 {
+            light += lobes.specular * self.mirrored(ray, &surface, &lobes, depth, walk);
         }
         light * surface.transmittance
     }

@@ -47,6 +47,17 @@ struct Reply {
     sample_pdf: f32,
     weight: Vec3,
     flags: u32,
+    lobes: Lobes,
+}
+
+/// `Lobes` of the shader.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Lobes {
+    diffuse: Vec3,
+    roughness: f32,
+    specular: Vec3,
+    transmission: f32,
 }
 
 const IOR: f32 = 1.45;
@@ -136,6 +147,12 @@ fn compare(questions: &[Question], replies: &[Reply], coat: &CoatTable) -> usize
         assert_eq!(bsdf.is_specular(), reply.flags & 4 != 0, "{}", told());
         let near = |got: f32, want: f32, tolerance: f32| (got - want).abs() <= tolerance * want.abs().max(got.abs()) + 1e-6;
         let near3 = |got: Vec3, want: Vec3, tolerance: f32| (0..3).all(|c| near(got[c], want[c], tolerance));
+
+        // Tables, a polynomial and a power of two.
+        let (got, want) = (reply.lobes, bsdf.lobes());
+        let same = near3(got.diffuse, want.diffuse, 1e-5) && near3(got.specular, want.specular, 2e-5);
+        let same = same && near(got.transmission, want.transmission, 1e-6) && near(got.roughness, want.roughness, 1e-6);
+        assert!(same, "{want:?}, {}", told());
 
         let value = bsdf.eval(q.direction);
         let tolerance = q.tolerance(q.direction, 0.0);

@@ -9,10 +9,12 @@ mod context;
 mod cross_bilateral;
 mod expand;
 mod firefly;
+mod frames;
 mod lens;
 mod light;
 mod march;
 mod mean;
+mod mr360;
 mod pipeline;
 mod prelude;
 mod resample;
@@ -51,6 +53,7 @@ fn main() {
         bvh::TESTS,
         march::TESTS,
         trace::TESTS,
+        mr360::TESTS,
         pipeline::TESTS,
     ]
     .concat();

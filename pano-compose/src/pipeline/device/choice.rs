@@ -13,7 +13,7 @@ pub enum Backend {
 }
 
 /// Stages that can run on a GPU, in the order in which a frame passes them. `expand` is a part of what `--stats` calls `load`;
-/// `trace` is that of the path tracers.
+/// `trace` is that of the path tracers and of mr360.
 pub const GPU_STAGES: [&str; 14] = [
     "expand",
     "view",

@@ -17,8 +17,13 @@ use pano_core::progress::Progress;
 use pano_core::sphere::resample;
 use pano_denoise::{atrous, cross_bilateral, firefly, mean, temporal};
 use pano_light::{WorkingMap, detect, expand, ibl};
+use pano_trace::mr360;
 use pano_trace::sparse;
 use pano_trace::tracer::{self, TraceParams, Traced};
+
+/// Why a tracer leaves a world that is not one of proxies to the CPU.
+#[cfg(feature = "gpu")]
+const NO_DEPTH: &str = "surfaces of a panorama with depth are not yet traced on the GPU";
 
 impl Device {
     /// [`expand::expand`], a part of stage `load`.
@@ -95,12 +100,38 @@ impl Device {
                 }
             }
             (World::Proxies(_), Some(missing)) => self.decline("trace", missing),
-            _ => self.decline("trace", "surfaces of a panorama with depth are not yet traced on the GPU"),
+            _ => self.decline("trace", NO_DEPTH),
         }
         Ok(match world {
             World::Proxies(world) => tracer::render(frame, world.as_ref(), params, progress),
             World::Captured(world) => tracer::render(frame, world.as_ref(), params, progress),
             World::Layered(world) => tracer::render(frame, world.as_ref(), params, progress),
+        })
+    }
+
+    /// [`mr360::render`], stage `trace` of mr360. `None` if `progress` cancels.
+    pub(in crate::pipeline) fn trace_lit(
+        &mut self,
+        frame: &tracer::Frame<'_>,
+        world: &World,
+        lighting: &mr360::Lighting,
+        params: &mr360::Params<'_>,
+        progress: &dyn Progress,
+    ) -> Result<Option<mr360::Lit>> {
+        #[cfg(feature = "gpu")]
+        if let World::Proxies(world) = world {
+            let trace =
+                self.attempt("trace", |installed| mr360::gpu::render(&installed.gpu, frame, world, lighting, params, progress))?;
+            if let Some(lit) = trace {
+                return Ok(lit);
+            }
+        } else {
+            self.decline("trace", NO_DEPTH);
+        }
+        Ok(match world {
+            World::Proxies(world) => mr360::render(frame, world.as_ref(), lighting, params, progress),
+            World::Captured(world) => mr360::render(frame, world.as_ref(), lighting, params, progress),
+            World::Layered(world) => mr360::render(frame, world.as_ref(), lighting, params, progress),
         })
     }
 

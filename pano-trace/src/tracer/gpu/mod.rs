@@ -6,91 +6,53 @@
 //! Departures from the CPU: recursion is a loop from ray to ray (`trace.wgsl`); two-pass rendering does not trace the second pass
 //! where an object hides it, as nothing of it is used. What a shader does not have is told by [`missing`], and the CPU does it.
 
-mod scene;
+pub(crate) mod scene;
 
 use super::delta::{AROUND, FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE};
 use super::delta::{SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
 use super::influence::{self, Thinned, least_of_neighbours};
 use super::path::ROULETTE_FROM;
-use super::{Frame, Method, Mis, Pixel, TraceParams, Traced, layers};
+use super::{Frame, Lights, Method, Mis, Pixel, TraceParams, Traced, layers};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
 use crate::bvh::gpu::TRAVERSAL;
 use crate::cone::{MARGIN, NARROWEST};
 use crate::objects::gpu::OBJECTS;
-use crate::objects::{MAX_CLUSTERS, Objects, SURROUNDINGS, WIDEST};
+use crate::objects::{MAX_CLUSTERS, Objects, SURROUNDINGS};
 use crate::world::gpu::{PROXIES, World};
 use crate::world::{ProxyWorld, RealWorld};
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
 use pano_core::camera::Projection;
 use pano_core::distribution::gpu::DISTRIBUTION;
 use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, IMAGE, Kernel, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader};
 use pano_core::gpu::{Layout, Specialization, WORDS, flag};
 use pano_core::progress::Progress;
+use scene::{GpuPixel, GpuScene, Submissions, VIEW, View};
 use std::ops::Range;
-
-/// Scattering events of one submission, over all pixels and samples: a million rays or so, some ten milliseconds of a slow GPU.
-const BATCH: usize = 1 << 18;
 
 pano_core::uniform! {
     /// `Trace` of the shader.
     pub(crate) struct Trace {
         rows: Rows,
-        position: Vec3,
-        panorama: u32,
-        right: Vec3,
+        view: View,
+        world: World,
         bounces: u32,
-        up: Vec3,
         samples: u32,
-        back: Vec3,
         begin: u32,
-        focal: [f32; 2],
-        center: [f32; 2],
         end: u32,
-        frame: u32,
-        seed: u32,
-        objects: u32,
-        roots: [u32; 2],
-        emitters: [u32; 2],
-        balls: [u32; 2],
         clusters: [u32; 2],
         lights: [u32; 2],
-        boxes: u32,
-        pad: u32,
-        world: World,
     }
 }
 
-/// `Pixel` of the shader.
+/// `Started` of the shader.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct GpuPixel {
-    object: Vec3,
-    covered: u32,
-    delta: Vec3,
-    discarded: u32,
-    normal: Vec3,
-    depth: f32,
-    albedo: Vec3,
-    rays: u32,
+struct Started {
+    pixel: GpuPixel,
     most: u32,
     boost: f32,
     mixed: u32,
     share: f32,
-}
-
-impl GpuPixel {
-    fn finish(&self) -> Pixel {
-        let share = 1.0 / self.most.max(1) as f32;
-        Pixel {
-            object: self.object * share,
-            coverage: self.covered as f32 * share,
-            delta: self.delta * share,
-            depth: if self.depth < 0.0 { f32::INFINITY } else { self.depth },
-            normal: self.normal,
-            albedo: self.albedo,
-        }
-    }
 }
 
 /// Where the objects' change comes from.
@@ -114,7 +76,6 @@ const AIM: Piece = Piece {
             Constant::u32("NO_SAMPLES", influence::NO_SAMPLES),
             Constant::u32("MOST_THINNING_SPIKY", influence::MOST_THINNING_SPIKY),
             Constant::u32("MOST_THINNING_UNAIMED", influence::MOST_THINNING_UNAIMED),
-            Constant::f32("WIDEST_BEAM", WIDEST),
             Constant::f32("SURROUNDINGS", SURROUNDINGS),
             Constant::f32("SECOND_ORDER_SHARE", influence::SECOND_ORDER_SHARE),
         ]
@@ -136,6 +97,7 @@ pub static SHADER: Shader = Shader {
         BSDF,
         OBJECTS,
         PROXIES,
+        VIEW,
         AIM,
         Piece::plain(include_str!("frame.wgsl")),
         Piece::plain(include_str!("walk.wgsl")),
@@ -168,7 +130,7 @@ const LEAST: &[(&str, f64)] = &[
 
 /// Structures that Rust fills, with the shader that declares each.
 pub(crate) fn layouts() -> Vec<(&'static Shader, Layout)> {
-    vec![(&SHADER, Trace::LAYOUT), (&SHADER, World::LAYOUT)]
+    vec![(&SHADER, Trace::LAYOUT), (&SHADER, View::LAYOUT), (&SHADER, World::LAYOUT)]
 }
 
 /// What a frame asks for that shaders do not have; nobody but the CPU can trace it.
@@ -206,29 +168,39 @@ pub fn render(
     progress: &dyn Progress,
 ) -> GpuResult<Option<Traced>> {
     assert_eq!(missing(params), None, "the caller asks before");
-    let scene = scene::GpuScene::new(gpu, frame, world, params)?;
+    let (scene, (clusters, lights)) = GpuScene::new(gpu, frame, world, |packed, words, _| {
+        (packed.clusters, Lights::of(world, frame.camera.position, params.samples).pack(words))
+    })?;
     let constants = overrides(frame.objects, world, params);
-    let (width, height) = (frame.camera.width, frame.camera.height);
-    let fitting = usize::try_from(gpu.max_binding()).unwrap_or(usize::MAX) / size_of::<GpuPixel>();
-    let batch = BATCH / params.bounces.max(1) as usize;
-    let rows_at_once = (batch.min(fitting) / width).clamp(1, height);
-    let bands = || (0..height).step_by(rows_at_once).map(|first| first..(first + rows_at_once).min(height));
-    let run = |entry: &'static str, rows: Rows, held: &GpuBuffer, samples: Range<u32>| {
-        let uniform = Trace { rows, begin: samples.start, end: samples.end, ..scene.uniform };
+    let cut = Submissions::new(gpu, frame, size_of::<Started>(), params.bounces as usize);
+    let run = |entry: &'static str, rows: Rows, held: &GpuBuffer, part: Range<u32>| {
+        let (bounces, samples) = (params.bounces, params.samples);
+        let uniform = Trace {
+            rows,
+            view: scene.view,
+            world: scene.world,
+            bounces,
+            samples,
+            begin: part.start,
+            end: part.end,
+            clusters,
+            lights,
+        };
         let kernel = Kernel { shader: &SHADER, entry, constants: &constants };
         let buffers: Vec<(u32, &GpuBuffer)> = scene.bindings().chain([(6, held)]).collect();
         gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, rows.groups())
     };
+    let (width, height) = (frame.camera.width, frame.camera.height);
     progress.begin("trace", 2 * height as u64);
-    let mut pixels: Vec<GpuPixel> = Vec::with_capacity(width * height);
-    for band in bands() {
+    let mut pixels: Vec<Started> = Vec::with_capacity(width * height);
+    for band in cut.bands() {
         if progress.cancelled() {
             return Ok(None);
         }
-        let rows = Rows::of((width, height), &band);
-        let held = gpu.buffer::<GpuPixel>(rows.pixels())?;
+        let rows = cut.rows(&band);
+        let held = gpu.buffer::<Started>(rows.pixels())?;
         run("start", rows, &held, 0..0)?;
-        pixels.extend(gpu.read_slice::<GpuPixel>(&held, rows.pixels())?);
+        pixels.extend(gpu.read_slice::<Started>(&held, rows.pixels())?);
         progress.advance(u64::from(rows.count));
     }
     let wrap = frame.camera.projection == Projection::Panorama;
@@ -237,25 +209,24 @@ pub fn render(
         let Thinned { samples, boost, share } = Thinned::new(params.samples, thinning, 0);
         (pixel.most, pixel.boost, pixel.share) = (samples, boost, share);
     }
-    for band in bands() {
-        let rows = Rows::of((width, height), &band);
+    for band in cut.bands() {
+        let rows = cut.rows(&band);
         let in_band = &mut pixels[band.start * width..band.end * width];
         let held = gpu.upload_slice(in_band)?;
-        let at_once = (batch / rows.pixels()).max(1) as u32;
-        for begin in (0..params.samples).step_by(at_once as usize) {
+        for part in cut.samples(rows, params.samples) {
             if progress.cancelled() {
                 return Ok(None);
             }
-            run("trace", rows, &held, begin..(begin + at_once).min(params.samples))?;
+            run("trace", rows, &held, part)?;
         }
-        in_band.copy_from_slice(&gpu.read_slice::<GpuPixel>(&held, rows.pixels())?);
+        in_band.copy_from_slice(&gpu.read_slice::<Started>(&held, rows.pixels())?);
         progress.advance(u64::from(rows.count));
     }
-    let finished: Vec<Pixel> = pixels.iter().map(GpuPixel::finish).collect();
+    let finished: Vec<Pixel> = pixels.iter().map(|p| p.pixel.finish(p.most)).collect();
     Ok(Some(Traced {
         layers: layers(frame.camera, finished.iter()),
-        rays: pixels.iter().map(|p| u64::from(p.rays)).sum(),
-        discarded: pixels.iter().map(|p| u64::from(p.discarded)).sum(),
+        rays: pixels.iter().map(|p| u64::from(p.pixel.rays)).sum(),
+        discarded: pixels.iter().map(|p| u64::from(p.pixel.discarded)).sum(),
         sampling: None,
     }))
 }

@@ -1,68 +1,160 @@
-//! A frame's scene in the GPU's memory.
+//! A frame's scene in the GPU's memory, and what its pixels come to there: of every tracer.
 
-use super::super::{Frame, Lights, TraceParams};
-use super::Trace;
+use super::super::{Frame, Pixel};
 use crate::bvh::gpu::GpuTlas;
+use crate::objects::WIDEST;
+use crate::objects::gpu::PackedObjects;
 use crate::world::ProxyWorld;
+use crate::world::gpu::World;
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use pano_core::camera::Projection;
-use pano_core::gpu::{Gpu, GpuBuffer, GpuResult, Rows, Words};
+use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, Piece, Rows, Words};
+use std::ops::Range;
+
+pano_core::uniform! {
+    /// `View` of the shader.
+    pub(crate) struct View {
+        position: Vec3,
+        panorama: u32,
+        right: Vec3,
+        objects: u32,
+        up: Vec3,
+        boxes: u32,
+        back: Vec3,
+        pad: u32,
+        focal: [f32; 2],
+        center: [f32; 2],
+        stream: [u32; 2],
+        roots: [u32; 2],
+        emitters: [u32; 2],
+        balls: [u32; 2],
+    }
+}
+
+/// `Pixel` of the shader.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct GpuPixel {
+    object: Vec3,
+    covered: u32,
+    delta: Vec3,
+    pub(crate) discarded: u32,
+    normal: Vec3,
+    depth: f32,
+    albedo: Vec3,
+    pub(crate) rays: u32,
+}
+
+impl GpuPixel {
+    /// What `samples` samples come to.
+    pub(crate) fn finish(&self, samples: u32) -> Pixel {
+        let share = 1.0 / samples.max(1) as f32;
+        Pixel {
+            object: self.object * share,
+            coverage: self.covered as f32 * share,
+            delta: self.delta * share,
+            depth: if self.depth < 0.0 { f32::INFINITY } else { self.depth },
+            normal: self.normal,
+            albedo: self.albedo,
+        }
+    }
+}
+
+/// The camera, bounds, guides and sums of pixels, for shaders to include after [`crate::world::gpu::PROXIES`].
+pub(crate) const VIEW: Piece =
+    Piece { text: include_str!("view.wgsl"), constants: || vec![Constant::f32("WIDEST_BEAM", WIDEST)] };
 
 /// Hierarchies, tables and pictures, and where to find what in them.
 #[derive(Debug)]
-pub(super) struct GpuScene {
-    /// Of the whole frame, without samples.
-    pub(super) uniform: Trace,
+pub(crate) struct GpuScene {
+    pub(crate) view: View,
+    pub(crate) world: World,
     tlas: GpuTlas,
     words: GpuBuffer,
     pictures: GpuBuffer,
 }
 
 impl GpuScene {
-    /// Copies all that rays ask for.
+    /// Copies all that rays ask for, and the tables and pictures that `more` adds; also what that says.
     ///
     /// # Errors
     /// [`pano_core::gpu::GpuError::TooLarge`], or what has become of the device.
-    pub(super) fn new(gpu: &Gpu, frame: &Frame<'_>, world: &ProxyWorld, params: &TraceParams) -> GpuResult<Self> {
+    pub(crate) fn new<T>(
+        gpu: &Gpu,
+        frame: &Frame<'_>,
+        world: &ProxyWorld,
+        more: impl FnOnce(&PackedObjects, &mut Words, &mut Vec<f32>) -> T,
+    ) -> GpuResult<(Self, T)> {
         let tlas = GpuTlas::of(gpu, &[frame.objects.tlas(), world.tlas()])?;
         let (mut words, mut pictures) = (Words::default(), Vec::new());
         let packed = frame.objects.pack(&mut words);
-        let lights = Lights::of(world, frame.camera.position, params.samples).pack(&mut words);
         let world = world.pack(&mut words, &mut pictures);
+        let more = more(&packed, &mut words, &mut pictures);
         let camera = frame.camera;
-        let size = (camera.width, camera.height);
-        let (focal, center) = camera.projection.intrinsics(size).unwrap_or_default();
+        let (focal, center) = camera.projection.intrinsics((camera.width, camera.height)).unwrap_or_default();
         let [right, up, back] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| camera.world_from_camera * axis);
-        let uniform = Trace {
-            rows: Rows::all(size),
+        let view = View {
             position: camera.position,
             panorama: u32::from(camera.projection == Projection::Panorama),
             right,
-            bounces: params.bounces,
+            objects: packed.objects,
             up,
-            samples: params.samples,
+            boxes: packed.boxes,
             back,
-            begin: 0,
+            pad: 0,
             focal: focal.to_array(),
             center: center.to_array(),
-            end: 0,
-            frame: frame.stream.frame,
-            seed: frame.stream.seed,
-            objects: packed.objects,
+            stream: [frame.stream.frame, frame.stream.seed],
             roots: [tlas.roots()[0], tlas.roots()[1]],
             emitters: packed.emitters,
             balls: packed.balls,
-            clusters: packed.clusters,
-            lights,
-            boxes: packed.boxes,
-            pad: 0,
-            world,
         };
-        Ok(Self { uniform, tlas, words: gpu.upload_slice(&words.finish())?, pictures: gpu.upload_slice(&pictures)? })
+        let (words, pictures) = (gpu.upload_slice(&words.finish())?, gpu.upload_slice(&pictures)?);
+        Ok((Self { view, world, tlas, words, pictures }, more))
     }
 
     /// What kernels bind.
-    pub(super) fn bindings(&self) -> impl Iterator<Item = (u32, &GpuBuffer)> {
+    pub(crate) fn bindings(&self) -> impl Iterator<Item = (u32, &GpuBuffer)> {
         self.tlas.bindings().into_iter().chain([(4, &self.words), (5, &self.pictures)])
+    }
+}
+
+/// Scattering events of one submission, over all pixels and samples: a million rays or so, some ten milliseconds of a slow GPU.
+const BATCH: usize = 1 << 18;
+
+/// How a frame is cut into submissions: rows whose pixels fit a binding, and samples of theirs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Submissions {
+    size: (usize, usize),
+    rows: usize,
+    /// Samples of one submission, over all its pixels.
+    batch: usize,
+}
+
+impl Submissions {
+    /// Of a frame whose pixels take `bytes` each in a buffer, and `events` scattering events a sample.
+    pub(crate) fn new(gpu: &Gpu, frame: &Frame<'_>, bytes: usize, events: usize) -> Self {
+        let batch = BATCH / events.max(1);
+        let size = (frame.camera.width, frame.camera.height);
+        let fitting = usize::try_from(gpu.max_binding()).unwrap_or(usize::MAX) / bytes;
+        Self { size, rows: (batch.min(fitting) / size.0).clamp(1, size.1), batch }
+    }
+
+    /// The frame's bands, from the top.
+    pub(crate) fn bands(self) -> impl Iterator<Item = Range<usize>> {
+        let height = self.size.1;
+        (0..height).step_by(self.rows).map(move |first| first..(first + self.rows).min(height))
+    }
+
+    /// The rows of a band.
+    pub(crate) fn rows(self, band: &Range<usize>) -> Rows {
+        Rows::of(self.size, band)
+    }
+
+    /// `samples` samples of a band, in parts.
+    pub(crate) fn samples(self, rows: Rows, samples: u32) -> impl Iterator<Item = Range<u32>> {
+        let at_once = (self.batch / rows.pixels()).max(1);
+        (0..samples).step_by(at_once).map(move |begin| begin..(begin + at_once as u32).min(samples))
     }
 }

@@ -10,8 +10,9 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     }
     let texel = texel_of(params.rows, id);
     let index = index_of(params.rows, texel);
-    var pixel = pixels[index];
-    let end = min(params.end, pixel.most);
+    let started = pixels[index];
+    var pixel = started.pixel;
+    let end = min(params.end, started.most);
     var number = params.begin;
     if number >= end {
         return;
@@ -42,15 +43,15 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     loop {
         if fresh {
             fresh = false;
-            sampler = sampler_of(vec2u(texel), number, params.frame, params.seed);
+            sampler = sampler_of(vec2u(texel), number, params.view.stream.x, params.view.stream.y);
             total = vec3f(0.0);
             is_object = false;
             let jitter = next_4d(&sampler);
-            origin = params.position;
+            origin = params.view.position;
             direction = camera_direction(vec2f(texel) + jitter.xy);
             limit = NEVER;
             job = CAMERA;
-            path.mixed = pixel.mixed == 1u;
+            path.mixed = started.mixed == 1u;
         }
 
         // What lies on the ray.
@@ -60,7 +61,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             let any_hit = job == SHADOW || job == BLOCKED || job == LIGHT_PAIR;
             let on_path = job == CAMERA || job == PATH || job == SHADOW;
             if path.mixed || !on_path {
-                object = trace_ray(params.roots.x, origin, direction, limit, any_hit);
+                object = trace_ray(params.view.roots.x, origin, direction, limit, any_hit);
             }
             let met = object.instance != NOTHING;
             var asks = true;
@@ -71,7 +72,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             }
             if asks {
                 let up_to = select(NEVER, object.t, on_path || job == AIMED);
-                real = world_hit(params.world, params.roots.y, origin, direction, select(up_to, NEVER, any_hit));
+                real = world_hit(params.world, params.view.roots.y, origin, direction, select(up_to, NEVER, any_hit));
             }
             pixel.rays += 1u;
             if (job == BLOCKED || job == CHANGE) && asks {
@@ -111,7 +112,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                     if METHOD == DPT {
                         effort = pixel.share;
                         least = LEAST_EFFORT;
-                        boost = pixel.boost;
+                        boost = started.boost;
                         lights = u32(sqrt(boost));
                         then = AT_POINT;
                     } else if METHOD == ONE_PASS {
@@ -449,5 +450,5 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    pixels[index] = pixel;
+    pixels[index].pixel = pixel;
 }

@@ -1,0 +1,93 @@
+// What lights a frame of MR360, and what is bound: convolved maps, lamps, pixels.
+
+struct LitFrame {
+    rows: Rows,
+    view: View,
+    world: World,
+    // Columns of the turn from the world into the maps' frame.
+    map_x: vec3f,
+    // The table of the maps: for each where it begins among the pictures, its size, the roughness it is for. First the diffuse one, then
+    // the others from smooth to rough.
+    maps: u32,
+    map_y: vec3f,
+    lamps: u32,
+    map_z: vec3f,
+    lamp_count: u32,
+    // Where the panorama was captured.
+    capture: vec3f,
+    // How much real surfaces mirror objects, and how roughly.
+    gloss: f32,
+    gloss_roughness: f32,
+    // Samples of this submission.
+    begin: u32,
+    end: u32,
+    pad: u32,
+}
+
+// A pixel under way.
+struct LitPixel {
+    pixel: Pixel,
+    // What the view shows without objects.
+    photo: vec3f,
+    // Whether an object may be seen.
+    mixed: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: LitFrame;
+@group(0) @binding(6) var<storage, read_write> pixels: array<LitPixel>;
+// Per pixel and lamp: samples that it reaches.
+@group(0) @binding(7) var<storage, read_write> reached: array<u32>;
+
+// Lamps cast shadows; objects darken what they are near to; real surfaces mirror objects.
+override SHADOWS: bool = true;
+override AMBIENT_OCCLUSION: bool = true;
+override MIRRORING: bool = true;
+
+struct Lamp {
+    // Of its middle.
+    direction: vec3f,
+    cos_radius: f32,
+    intensity: vec3f,
+}
+
+fn lamp_at(i: u32) -> Lamp {
+    let at = params.lamps + LAMP_WORDS * i;
+    return Lamp(vec3_at(at), number_at(at + 3u), vec3_at(at + 4u));
+}
+
+fn map_uv(d: vec3f) -> vec2f {
+    return uv_from_direction(params.map_x * d.x + params.map_y * d.y + params.map_z * d.z);
+}
+
+fn map_look(map: u32, uv: vec2f) -> vec3f {
+    let at = params.maps + MAP_WORDS * map;
+    return picture_at(word(at), vec2u(word(at + 1u), word(at + 2u)), uv);
+}
+
+fn map_roughness(map: u32) -> f32 {
+    return number_at(params.maps + MAP_WORDS * map + 3u);
+}
+
+// Radiance that a white diffuse surface sends back.
+fn diffuse_look(normal: vec3f) -> vec3f {
+    return map_look(0u, map_uv(normal));
+}
+
+// Mean radiance in the lobe about `d`; see RadianceMaps::specular.
+fn specular_look(d: vec3f, roughness: f32) -> vec3f {
+    var above = 2u;
+    while above + 1u < MAPS && roughness > map_roughness(above) {
+        above += 1u;
+    }
+    let lower = map_roughness(above - 1u);
+    let share = clamp((roughness - lower) / (map_roughness(above) - lower), 0.0, 1.0);
+    let uv = map_uv(d);
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < 2u; i++) {
+        let weight = select(1.0 - share, share, i == 1u);
+        if weight > 0.0 {
+            sum += map_look(above - 1u + i, uv) * weight;
+        }
+    }
+    return sum;
+}
