@@ -25,17 +25,17 @@ const MOST_LIGHTS: u32 = 128;
 pub(super) const BEHIND: f32 = 2.0;
 /// What the root of the form factor counts where objects mirror or refract: their light is found or not as well, at any distance.
 pub(super) const SPIKY: f32 = 2.0;
-/// The fewest samples of a pixel are this part of the frame's: at 2048 samples, one. Of fewer, one is taken…
+/// The fewest samples of a pixel are this part of the frame's: at 2048 samples, one.
 pub(super) const MOST_THINNING: u32 = 2048;
-/// …that looks for changes less often, but not before a pixel would be left with this part of a sample: whether it looks or not is
-/// noise as well, of four times the variance of what it finds…
-const ALWAYS: f32 = 1.0 / 4.0;
-/// …and at least this often, so that what it finds is not too bright.
-const LEAST_SHARE: f32 = 1.0 / 8.0;
 /// The same where objects send images of lamps about: that noise does not go with the share.
 pub(super) const MOST_THINNING_SPIKY: u32 = 16;
 /// The same where objects shine, however little of the light they take, or a strategy that seldom finds them is left to itself.
 pub(super) const MOST_THINNING_UNAIMED: u32 = 4;
+/// Where less than this part of a sample is wanted, one is taken that looks for changes less often. That is noise as well, of four
+/// times the variance of what is found…
+const ALWAYS: f32 = 1.0 / 4.0;
+/// …and what is found would be too bright if it looked less often than this.
+const LEAST_SHARE: f32 = 1.0 / 8.0;
 /// The thinning of a pixel in which nothing can change: it takes no sample.
 pub(super) const NO_SAMPLES: u32 = u32::MAX;
 /// How much the surroundings change another surface, of what they would if they were all black: they are as bright as what lies

@@ -110,7 +110,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                 } else if first.what == REAL {
                     path = path_of(vec3f(1.0), params.bounces, true);
                     if METHOD == DPT {
-                        effort = pixel.share;
+                        effort = started.share;
                         least = LEAST_EFFORT;
                         boost = started.boost;
                         lights = u32(sqrt(boost));
