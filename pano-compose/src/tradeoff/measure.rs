@@ -251,7 +251,7 @@ impl<'a> Bench<'a> {
         for repeat in 0..self.params.repeats.max(1) {
             let (rendered, world_ms) = self.render(choice, self.params.seed.wrapping_add(repeat), &Quiet(progress))?;
             let of = |work: Work| {
-                rendered.stats.stages.iter().filter(|s| Work::of(&s.name) == work).map(|s| s.ms).fold(0.0, |sum, ms| sum + ms)
+                rendered.stats.stages.iter().filter(|s| Work::of(s.name) == work).map(|s| s.ms).fold(0.0, |sum, ms| sum + ms)
             };
             let (trace_ms, denoise_ms, ms) = (of(Work::Tracing), of(Work::Filtering), rendered.stats.total_ms + world_ms);
             let error = self.error_of(&rendered.composite.color)?;
