@@ -31,8 +31,8 @@ pub(super) const MOST_THINNING: u32 = 2048;
 pub(super) const MOST_THINNING_SPIKY: u32 = 16;
 /// The same where objects shine, however little of the light they take, or a strategy that seldom finds them is left to itself.
 pub(super) const MOST_THINNING_UNAIMED: u32 = 4;
-/// Where less than this part of a sample is wanted, one is taken that looks for changes less often. That is noise as well, of four
-/// times the variance of what is found…
+/// Where less than this part of a sample is wanted for each that is taken, those look for changes less often. That is noise as well,
+/// of four times the variance of what is found…
 const ALWAYS: f32 = 1.0 / 4.0;
 /// …and what is found would be too bright if it looked less often than this.
 const LEAST_SHARE: f32 = 1.0 / 8.0;
@@ -178,9 +178,9 @@ pub(super) struct Thinned {
 impl Thinned {
     /// Of `all` of the frame's samples one in `thinning`, but at `least` as many as that.
     pub(super) fn new(all: u32, thinning: u32, least: u32) -> Self {
-        let wanted = if thinning == NO_SAMPLES { 0 } else { all.div_ceil(thinning) };
-        let samples = wanted.max(least);
-        let share = if wanted >= least { (all as f32 / (ALWAYS * thinning as f32)).clamp(LEAST_SHARE, 1.0) } else { 1.0 };
+        let wanted = if thinning == NO_SAMPLES { 0.0 } else { all as f32 / thinning as f32 };
+        let samples = (wanted.ceil() as u32).max(least);
+        let share = (wanted / (ALWAYS * samples.max(1) as f32)).clamp(LEAST_SHARE, 1.0);
         Self { samples, boost: all as f32 / samples.max(1) as f32, share }
     }
 }
@@ -212,7 +212,8 @@ mod tests {
         assert_eq!(thinned(64, 256, 0), (1, 64.0, 1.0));
         assert_eq!(thinned(64, 1024, 0), (1, 64.0, 0.25));
         assert_eq!(thinned(16, 2048, 0), (1, 16.0, 0.125));
-        assert_eq!(thinned(64, 1024, 16), (16, 4.0, 1.0));
+        assert_eq!(thinned(64, 4, 16), (16, 4.0, 1.0));
+        assert_eq!(thinned(64, 32, 16), (16, 4.0, 0.5));
         assert_eq!(thinned(64, NO_SAMPLES, 0).0, 0);
     }
 
