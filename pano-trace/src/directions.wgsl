@@ -48,7 +48,6 @@ fn concentric_disc(u: vec2f) -> vec2f {
     return r * turn.yx;
 }
 
-
 // The unit vector whose cosine to `axis` is `z`, turned about it.
 fn around_axis(axis: vec3f, z: f32, turn: f32) -> vec3f {
     let angle = sin_cos(turn * TAU);

@@ -355,7 +355,6 @@ fn bsdf_sample(b: Bsdf, u: vec4f) -> BsdfSample {
     return sample;
 }
 
-
 // What a surface makes of light that is the same all around its lobes; see Bsdf::lobes.
 struct Lobes {
     diffuse: vec3f,

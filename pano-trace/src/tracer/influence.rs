@@ -165,7 +165,7 @@ fn thinning_of(share: f32, most: u32) -> u32 {
 }
 
 /// What thinning leaves of a pixel's samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Thinned {
     /// How many.
     pub(super) samples: u32,

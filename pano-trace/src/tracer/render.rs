@@ -71,7 +71,7 @@ pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, 
         // Where noise is to be measured, there are enough samples for that.
         let least = if params.error_target.is_some() { adaptive::PILOT.min(params.samples) } else { 0 };
         let thinned = Thinned::new(params.samples, thinning[index], least);
-        let mut pixel = Started::new(begun[index], thinned);
+        let mut pixel = Started { begun: begun[index], thinned, ..Started::default() };
         let first = if params.error_target.is_some() { least } else { thinned.samples };
         tracer.sample_until(frame, at, first, &mut pixel);
         pixel
@@ -79,7 +79,7 @@ pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, 
     let (finished, sampling): (Vec<Finished>, _) = match params.error_target {
         None => (pixels(camera, progress, |at| started(at).finish())?, None),
         Some(target) => {
-            let mut pixels = pixels(camera, progress, |at| Some(started(at)))?.into_iter().flatten().collect::<Vec<_>>();
+            let mut pixels = pixels(camera, progress, started)?;
             let sampling = tracer.refine(frame, &mut pixels, target, progress)?;
             (pixels.iter().map(Started::finish).collect(), Some(sampling))
         }
@@ -99,6 +99,7 @@ struct Begun {
 }
 
 /// A pixel under way.
+#[derive(Default)]
 struct Started {
     begun: Begun,
     /// What it takes at most.
@@ -113,11 +114,6 @@ struct Started {
 }
 
 impl Started {
-    fn new(begun: Begun, thinned: Thinned) -> Self {
-        let (object, delta, noise) = (Vec3::ZERO, Vec3::ZERO, Noise::default());
-        Self { begun, thinned, samples: 0, covered: 0, object, delta, noise, rays: 0, discarded: 0 }
-    }
-
     fn finish(&self) -> Finished {
         let share = 1.0 / self.samples.max(1) as f32;
         let pixel = Pixel {
