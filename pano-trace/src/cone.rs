@@ -7,11 +7,25 @@ use std::f32::consts::TAU;
 
 /// How much larger, in solid angle, a cone is than the ball it is aimed at. Directions that meet the ball lie inside by more than
 /// rounding can move them, so that none of them is without density; what lies at the rim meets nothing.
-pub(crate) const MARGIN: f32 = 1.01;
+const MARGIN: f32 = 1.01;
 /// Narrower cones are widened to this sin²: 10⁻⁴ rad, of which rounding of a direction is a thousandth.
-pub(crate) const NARROWEST: f32 = 1e-8;
+const NARROWEST: f32 = 1e-8;
 /// From this many squared radii on a ball is seen in a cone; nearer, the cone is nearly the hemisphere.
 const NEAREST: f32 = 1.05;
+
+/// Cones on the GPU, for shaders to include after [`crate::bsdf::gpu::DIRECTIONS`].
+#[cfg(feature = "gpu")]
+pub(crate) const CONES: pano_core::gpu::Piece = pano_core::gpu::Piece {
+    text: include_str!("cone.wgsl"),
+    constants: || {
+        use pano_core::gpu::Constant;
+        vec![
+            Constant::f32("CONE_MARGIN", MARGIN),
+            Constant::f32("NARROWEST_CONE", NARROWEST),
+            Constant::f32("NEAREST_BALL", NEAREST),
+        ]
+    },
+};
 
 /// A cone of directions.
 #[derive(Clone, Copy, Debug)]

@@ -18,7 +18,14 @@ pub mod world;
 /// Every shader of this crate, for the checks that need no GPU.
 #[cfg(feature = "gpu")]
 pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
-    vec![&sparse::gpu::SHADER, &bvh::gpu::SHADER, &prt::gpu::SHADER, &tracer::gpu::SHADER, &mr360::gpu::SHADER]
+    vec![
+        &sparse::gpu::SHADER,
+        &bvh::gpu::SHADER,
+        &prt::gpu::SHADER,
+        &tracer::gpu::SHADER,
+        &tracer::gpu::WAVE,
+        &mr360::gpu::SHADER,
+    ]
 }
 
 /// Structures that Rust fills for them, with the shader that declares each.

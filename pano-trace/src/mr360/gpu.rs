@@ -12,7 +12,7 @@ use crate::objects::gpu::OBJECTS;
 use crate::tracer::gpu::scene::{GpuPixel, GpuScene, Submissions, VIEW, View};
 use crate::tracer::{Frame, Pixel, Traced, layers};
 use crate::world::ProxyWorld;
-use crate::world::gpu::{PROXIES, World};
+use crate::world::gpu::{ENVIRONMENT, PROXIES, World};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use pano_core::distribution::gpu::DISTRIBUTION;
@@ -71,6 +71,7 @@ pub static SHADER: Shader = Shader {
         DIRECTIONS,
         BSDF,
         OBJECTS,
+        ENVIRONMENT,
         PROXIES,
         VIEW,
         Piece {
@@ -214,7 +215,7 @@ fn overrides(frame: &Frame<'_>, world: &ProxyWorld, params: &Params<'_>) -> Vec<
         ("GLOSS", flag(frame.objects.gloss())),
         ("BODIES", flag(frame.objects.transmit())),
         ("TEXTURES", flag(frame.objects.textured())),
-        ("PROXY_MESHES", flag(!world.tlas().is_empty())),
+        ("PROXY_MESHES", flag(world.has_meshes())),
         ("FROM_PICTURE", flag(world.reflects_picture())),
         ("SHADOWS", flag(params.shadows)),
         ("AMBIENT_OCCLUSION", flag(params.ambient_occlusion)),

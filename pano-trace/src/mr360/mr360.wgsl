@@ -204,7 +204,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             emission = surface.emission;
             transmittance = surface.transmittance;
         } else if real.exists && question == CAMERA {
-            found.position = world_leave(real);
+            found.position = world_leave(params.world, real);
             found.normal = real.normal;
         }
         found.on_object = on_object;

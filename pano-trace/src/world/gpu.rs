@@ -1,6 +1,8 @@
-//! Proxies under an environment at infinity as shaders read them.
+//! Worlds as shaders read them, and of them proxies under an environment at infinity.
 
-use super::{ProxyWorld, Reflectance};
+use super::{ProxyWorld, RealWorld, Reflectance};
+use crate::bvh::Tlas;
+use bytemuck::Pod;
 use glam::Vec3;
 use pano_core::gpu::{Constant, Piece, Words};
 use pano_core::image::RadianceImage;
@@ -10,7 +12,14 @@ const RECTANGLE_WORDS: u32 = 18;
 const PLACED_WORDS: u32 = 15;
 const REFLECTANCE_WORDS: u32 = 4;
 
-/// What rays can ask of proxies and of infinity, for shaders to include after [`crate::objects::gpu::OBJECTS`].
+/// What worlds have in common, for shaders to include after [`crate::objects::gpu::OBJECTS`].
+pub(crate) const ENVIRONMENT: Piece =
+    Piece { text: include_str!("environment.wgsl"), constants: || vec![Constant::u32("AT_ANYTHING", AT_ANYTHING)] };
+
+/// A ray that counts whatever lies on it.
+pub(crate) const AT_ANYTHING: u32 = 2;
+
+/// What rays can ask of proxies and of infinity, for shaders to include after [`ENVIRONMENT`].
 pub(crate) const PROXIES: Piece = Piece {
     text: include_str!("proxies.wgsl"),
     constants: || {
@@ -43,9 +52,33 @@ pano_core::uniform! {
     }
 }
 
-impl ProxyWorld {
+/// A world that shaders know.
+pub(crate) trait GpuWorld: RealWorld {
+    /// `World` of the shader.
+    type Uniform: Pod;
+
+    /// The hierarchy over its meshes, if it has any.
+    fn tlas(&self) -> Option<&Tlas>;
+
     /// Adds its tables to `words` and its pictures to `pictures`, three numbers a pixel.
-    pub(crate) fn pack(&self, words: &mut Words, pictures: &mut Vec<f32>) -> World {
+    fn pack(&self, words: &mut Words, pictures: &mut Vec<f32>) -> Self::Uniform;
+}
+
+/// Adds a picture: where it begins, and its size.
+pub(crate) fn add_picture(image: &RadianceImage, pictures: &mut Vec<f32>) -> (u32, [u32; 2]) {
+    let at = pictures.len() as u32;
+    pictures.extend(image.data().iter().flat_map(|p| p.to_array()));
+    (at, [image.width() as u32, image.height() as u32])
+}
+
+impl GpuWorld for ProxyWorld {
+    type Uniform = World;
+
+    fn tlas(&self) -> Option<&Tlas> {
+        Some(&self.tlas)
+    }
+
+    fn pack(&self, words: &mut Words, pictures: &mut Vec<f32>) -> World {
         let rectangles = words.at();
         for r in &self.rectangles {
             words.matrix(&r.local_from_world.matrix3);
@@ -76,13 +109,8 @@ impl ProxyWorld {
             }
         }
         let (light, light_size) = self.light.as_ref().map_or((0, [1, 1]), |light| light.pack(words));
-        let mut picture = |image: &RadianceImage| {
-            let at = pictures.len() as u32;
-            pictures.extend(image.data().iter().flat_map(|p| p.to_array()));
-            (at, [image.width() as u32, image.height() as u32])
-        };
-        let (_, size) = picture(&self.environment);
-        let (irradiance, irradiance_size) = self.irradiance.as_ref().map_or((0, [1, 1]), &mut picture);
+        let (_, size) = add_picture(&self.environment, pictures);
+        let (irradiance, irradiance_size) = self.irradiance.as_ref().map_or((0, [1, 1]), |map| add_picture(map, pictures));
         let [pano_x, pano_y, pano_z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| self.pano_from_world * axis);
         World {
             pano_x,
@@ -100,9 +128,11 @@ impl ProxyWorld {
             irradiance_size,
         }
     }
+}
 
-    /// The hierarchy over the proxies that are meshes.
-    pub(crate) fn tlas(&self) -> &crate::bvh::Tlas {
-        &self.tlas
+impl ProxyWorld {
+    /// Whether any proxy is a mesh.
+    pub(crate) fn has_meshes(&self) -> bool {
+        !self.tlas.is_empty()
     }
 }

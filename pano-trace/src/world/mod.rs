@@ -5,7 +5,7 @@
 //! seen. A [`LayeredWorld`] is several of them together.
 
 mod camera;
-mod captured;
+pub(crate) mod captured;
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
 mod layered;

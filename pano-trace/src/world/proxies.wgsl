@@ -1,8 +1,7 @@
-// Known real geometry under an environment at infinity; see world/proxy.rs. A shader that includes this binds `pictures` and gives
-// the uniform's part `World`.
+// Known real geometry under an environment at infinity; see world/proxy.rs. Comes after environment.wgsl, in shaders whose uniform has
+// `World`.
 
-// The panorama is not black; any proxy is a mesh; the reflectance of any is read off the picture.
-override LIT: bool = true;
+// Any proxy is a mesh; the reflectance of any is read off the picture.
 override PROXY_MESHES: bool = true;
 override FROM_PICTURE: bool = true;
 
@@ -22,52 +21,6 @@ struct World {
     irradiance: u32,
     size: vec2u,
     irradiance_size: vec2u,
-}
-
-struct RealHit {
-    position: vec3f,
-    t: f32,
-    normal: vec3f,
-    surface: u32,
-    exists: bool,
-}
-
-fn picture_at(begin: u32, size: vec2u, uv: vec2f) -> vec3f {
-    let at = footprint(vec2i(size), uv);
-    var sum = vec3f(0.0);
-    for (var i = 0; i < 4; i++) {
-        let d = vec2i(i % 2, i / 2);
-        let texel = wrap_texel(vec2i(size), at.texel.x + d.x, at.texel.y + d.y);
-        let weights = select(vec2f(1.0) - at.fraction, at.fraction, d == vec2i(1));
-        let k = begin + 3u * (u32(texel.y) * size.x + u32(texel.x));
-        sum += vec3f(pictures[k], pictures[k + 1u], pictures[k + 2u]) * (weights.x * weights.y);
-    }
-    return sum;
-}
-
-fn to_pano(world: World, d: vec3f) -> vec3f {
-    return world.pano_x * d.x + world.pano_y * d.y + world.pano_z * d.z;
-}
-
-fn environment_look(world: World, d: vec3f) -> vec3f {
-    return picture_at(0u, world.size, uv_from_direction(to_pano(world, d)));
-}
-
-fn environment_pdf(world: World, d: vec3f) -> f32 {
-    if !LIT {
-        return 0.0;
-    }
-    return sphere_pdf(SphereTable(world.light, vec2i(world.light_size)), to_pano(world, d));
-}
-
-fn environment_sample(world: World, u: vec2f) -> SphereSample {
-    var sample: SphereSample;
-    if LIT {
-        sample = sphere_sample(SphereTable(world.light, vec2i(world.light_size)), u);
-        let d = sample.direction;
-        sample.direction = vec3f(dot(world.pano_x, d), dot(world.pano_y, d), dot(world.pano_z, d));
-    }
-    return sample;
 }
 
 // The nearest proxy before `t_max`; `root` is that of the tree over meshes.
@@ -121,25 +74,27 @@ fn world_reflectance(world: World, hit: RealHit) -> vec3f {
     let radiance = environment_look(world, hit.position - world.capture);
     let uv = uv_from_direction(to_pano(world, hit.normal));
     let received = picture_at(world.irradiance, world.irradiance_size, uv);
-    let rho = clamp(PI * radiance / max(received, vec3f(1e-37)), vec3f(0.0), vec3f(cap));
-    return select(vec3f(0.0), rho, received > vec3f(0.0));
+    return reflectance_from(radiance, received, cap);
 }
 
-// Moves a surface point off its surface; see bvh/mod.rs.
-fn offset_coordinate(p: f32, n: f32) -> f32 {
-    if abs(p) < 1.0 / 32.0 {
-        return p + n / 65536.0;
-    }
-    let steps = i32(256.0 * n);
-    return bitcast<f32>(bitcast<i32>(p) + select(steps, -steps, p < 0.0));
+fn world_matter(world: World, hit: RealHit) -> Matter {
+    return Matter(world_reflectance(world, hit), 0.0);
 }
 
-fn offset_point(p: vec3f, n: vec3f) -> vec3f {
-    return vec3f(offset_coordinate(p.x, n.x), offset_coordinate(p.y, n.y), offset_coordinate(p.z, n.z));
+fn world_sample_light(world: World, from_: vec3f, u: vec2f) -> LightSample {
+    let sample = environment_sample(world, u);
+    return LightSample(sample.direction, sample.exists, vec3f(0.0), AT_INFINITY);
 }
 
 // Where a ray that leaves a real surface starts.
-fn world_leave(hit: RealHit) -> vec3f {
+fn world_leave(world: World, hit: RealHit) -> vec3f {
     return offset_point(hit.position, hit.normal) + hit.normal * (hit.t * 2e-6);
+}
+
+// What is at a pixel's centre.
+fn guides_at(center: vec2f) -> Guides {
+    let d = camera_direction(center);
+    let object = trace_ray(params.view.roots.x, params.view.position, d, NEVER, false);
+    return guides_of(object, world_hit(params.world, params.view.roots.y, params.view.position, d, object.t), d);
 }
 

@@ -4,6 +4,7 @@
 mod atrous;
 mod bsdf;
 mod bvh;
+mod captured;
 mod composite;
 mod context;
 mod cross_bilateral;
@@ -53,6 +54,7 @@ fn main() {
         bvh::TESTS,
         march::TESTS,
         trace::TESTS,
+        captured::TESTS,
         mr360::TESTS,
         pipeline::TESTS,
     ]

@@ -15,6 +15,7 @@ use pano_tests::rooms::{plane_depth, texel_direction};
 
 pub(crate) const TESTS: &[Test] = &[
     ("pipeline::frames_equal_the_cpu", frames_equal_the_cpu),
+    ("pipeline::frames_with_depth_equal_the_cpu", frames_with_depth_equal_the_cpu),
     ("pipeline::an_ldr_panorama_is_expanded", an_ldr_panorama_is_expanded),
     ("pipeline::iprt_equals_the_cpu", iprt_equals_the_cpu),
     ("pipeline::any_interval_of_stages_gives_the_same_picture", any_interval_of_stages_gives_the_same_picture),
@@ -94,6 +95,20 @@ fn frames_equal_the_cpu(gpu: &Gpu) {
         let farthest = farthest.fold(0.0, f32::max);
         // No pixel is far off: the filter's own tolerance.
         assert!(farthest < 5e-3, "{method}: {farthest}");
+    }
+}
+
+fn frames_with_depth_equal_the_cpu(_: &Gpu) {
+    for method in ["dpt", "onepass"] {
+        let mut place = Place::new(method, (67, 45));
+        let depth = place.folder.path().join("depth.exr");
+        io::write_exr(&depth, &[("Z", &plane_depth(64, 1.0))], &[]).unwrap();
+        place.scene.panorama.depth = Some(PicturePath::Still(depth));
+        place.scene.proxies.clear();
+        let (got, want) = (place.render(&on_gpu()), place.render(&RenderOptions::default()));
+        assert!(backends(&got).contains(&("trace", "gpu")), "{method}: {:?} {:?}", backends(&got), got.stats.warnings);
+        assert_eq!(got.stats.warnings, want.stats.warnings, "{method}");
+        assert!(rmse(&got, &want) < SAME, "{method}: {}", rmse(&got, &want));
     }
 }
 
@@ -249,7 +264,7 @@ fn what_the_tracer_lacks_is_told_once(_: &Gpu) {
     captured.scene.proxies.clear();
     for (place, options, why) in [
         (Place::new("dpt", (24, 16)), adaptive, "sampling is adaptive"),
-        (captured, on_gpu(), "surfaces of a panorama with depth are not yet traced on the GPU"),
+        (captured, on_gpu(), "mr360 does not trace surfaces of a panorama with depth on the GPU"),
     ] {
         let mut sequence = Sequence::new(&place.scene, &options);
         let frames: Vec<Rendered> = (0..2).map(|_| sequence.render(0, &Silent).unwrap()).collect();

@@ -5,6 +5,8 @@
 )]
 
 use super::Device;
+#[cfg(feature = "gpu")]
+use super::gpu::Installed;
 use crate::composite::{self, Clamped, Composite};
 use crate::lens;
 use crate::pipeline::{Result, World};
@@ -21,9 +23,12 @@ use pano_trace::mr360;
 use pano_trace::sparse;
 use pano_trace::tracer::{self, TraceParams, Traced};
 
-/// Why a tracer leaves a world that is not one of proxies to the CPU.
+/// Why mr360 leaves a world that is not one of proxies to the CPU.
 #[cfg(feature = "gpu")]
-const NO_DEPTH: &str = "surfaces of a panorama with depth are not yet traced on the GPU";
+const NO_DEPTH: &str = "mr360 does not trace surfaces of a panorama with depth on the GPU";
+/// Why a path tracer leaves several worlds in one to the CPU.
+#[cfg(feature = "gpu")]
+const NO_LAYERS: &str = "ghosts before a panorama's depth and depth cameras are not traced on the GPU";
 
 impl Device {
     /// [`expand::expand`], a part of stage `load`.
@@ -92,15 +97,21 @@ impl Device {
     ) -> Result<Option<Traced>> {
         #[cfg(feature = "gpu")]
         match (world, tracer::gpu::missing(params)) {
+            (_, Some(missing)) => self.decline("trace", missing),
+            (World::Layered(_), None) => self.decline("trace", NO_LAYERS),
             (World::Proxies(world), None) => {
-                let trace =
-                    self.attempt("trace", |installed| tracer::gpu::render(&installed.gpu, frame, world, params, progress))?;
-                if let Some(traced) = trace {
+                let trace = |installed: &mut Installed| tracer::gpu::render(&installed.gpu, frame, world, params, progress);
+                if let Some(traced) = self.attempt("trace", trace)? {
                     return Ok(traced);
                 }
             }
-            (World::Proxies(_), Some(missing)) => self.decline("trace", missing),
-            _ => self.decline("trace", NO_DEPTH),
+            (World::Captured(world), None) => {
+                let trace =
+                    |installed: &mut Installed| tracer::gpu::render_captured(&installed.gpu, frame, world, params, progress);
+                if let Some(traced) = self.attempt("trace", trace)? {
+                    return Ok(traced);
+                }
+            }
         }
         Ok(match world {
             World::Proxies(world) => tracer::render(frame, world.as_ref(), params, progress),

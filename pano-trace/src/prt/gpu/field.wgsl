@@ -252,6 +252,51 @@ fn from_face(face: u32, v: vec3f) -> vec3f {
     return axes[1] * v.x + axes[2] * v.y + axes[0] * v.z;
 }
 
+// Where direction `d` points: the face, the place in [-1, 1]² of it, and the part of `d` along its axis.
+struct Spot {
+    face: u32,
+    at: vec2f,
+    ahead: f32,
+}
+
+fn spot_of(d: vec3f) -> Spot {
+    let face = face_of(d);
+    let axes = axes_of(face);
+    let ahead = dot(d, axes[0]);
+    return Spot(face, vec2f(dot(d, axes[1]), dot(d, axes[2])) / ahead, ahead);
+}
+
+// Inverse distance along unit `d`; 0: nothing there.
+fn inverse_distance(d: vec3f) -> f32 {
+    let spot = spot_of(d);
+    return patch_at(spot.face, spot.at).inverse * spot.ahead;
+}
+
+// Whether `d` points into a cell at a gap or next to one.
+fn near_gap(d: vec3f) -> bool {
+    let spot = spot_of(d);
+    let n = i32(params.field.cells);
+    let cell = vec2i((spot.at + 1.0) * (0.5 * f32(n)));
+    var near = false;
+    for (var k = 0; k < 9; k++) {
+        let beside = vec2u(clamp(cell + vec2i(k % 3, k / 3) - 1, vec2i(0), vec2i(n - 1)));
+        near = near || (field_gaps(sample_of(spot.face, beside.x, beside.y)) & 1u) != 0u;
+    }
+    return near;
+}
+
+// What is seen along `d`: inverse distance (0: nothing), and the plane of the surface around; see DepthField::look.
+struct Seen {
+    inverse: f32,
+    plane: vec3f,
+}
+
+fn look(d: vec3f) -> Seen {
+    let spot = spot_of(d);
+    let patch_ = patch_at(spot.face, spot.at);
+    return Seen(patch_.inverse * spot.ahead, from_face(spot.face, smooth_plane(spot.face, spot.at, patch_)));
+}
+
 // Which way a surface faces, as a ray meets it.
 struct Side {
     normal: vec3f,
@@ -268,14 +313,15 @@ fn side_of(face: u32, at: vec2f, direction: vec3f) -> Side {
     return Side(select(toward, -toward, back), back, is_finite(inverse) && inverse > 0.0);
 }
 
-// Normal by the slopes around at a hit in direction `at`; see DepthField::smooth_normal.
+// The normal of a plane with the slopes around a hit, the facet's if it does not face the ray; see DepthField::smooth_normal.
+fn smoothed(plane: vec3f, direction: vec3f, side: Side) -> vec3f {
+    let inverse = 1.0 / sqrt(dot(plane, plane));
+    let normal = plane * select(-inverse, inverse, side.back);
+    return select(side.normal, normal, is_finite(inverse) && inverse > 0.0 && dot(normal, direction) <= 0.0);
+}
+
+// The same at a hit in direction `at`.
 fn smooth_normal(at: vec3f, direction: vec3f, side: Side) -> vec3f {
-    let face = face_of(at);
-    let axes = axes_of(face);
-    let place = vec2f(dot(at, axes[1]), dot(at, axes[2])) / dot(at, axes[0]);
-    let n = from_face(face, smooth_plane(face, place, patch_at(face, place)));
-    let inverse = 1.0 / sqrt(dot(n, n));
-    let smoothed = n * select(-inverse, inverse, side.back);
-    return select(side.normal, smoothed, is_finite(inverse) && inverse > 0.0 && dot(smoothed, direction) <= 0.0);
+    return smoothed(look(at).plane, direction, side);
 }
 

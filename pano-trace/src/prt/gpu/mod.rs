@@ -76,7 +76,7 @@ const BACK_FACE: u32 = 3;
 const BACK_LAYER: u32 = 4;
 
 /// The depth field and marching through it, for shaders to include after [`NUMBER`] and [`RAY`]; field.wgsl tells what they bring.
-const MARCHING: [Piece; 2] = [
+pub(crate) const MARCHING: [Piece; 2] = [
     Piece {
         text: include_str!("field.wgsl"),
         constants: || {
@@ -175,6 +175,16 @@ impl GpuDepthField {
         })
     }
 
+    /// `Field` of a shader's uniform.
+    pub(crate) fn uniform(&self) -> Field {
+        self.uniform
+    }
+
+    /// What a shader with [`MARCHING`] binds: samples, gaps, ranges of cells and of the levels above them, from number `first` on.
+    pub(crate) fn bindings(&self, first: u32) -> [(u32, &GpuBuffer); 4] {
+        [(first, &self.inverse), (first + 1, &self.gaps), (first + 2, &self.base), (first + 3, &self.upper)]
+    }
+
     /// [`DepthField::march`] of each ray.
     ///
     /// # Errors
@@ -182,7 +192,7 @@ impl GpuDepthField {
     pub fn march(&self, gpu: &Gpu, rays: &[Ray]) -> GpuResult<Vec<GpuAnswer>> {
         let rays_kernel = RayKernel {
             kernel: Kernel { shader: &SHADER, entry: "march", constants: &[] },
-            buffers: &[(1, &self.inverse), (2, &self.gaps), (3, &self.base), (4, &self.upper)],
+            buffers: &self.bindings(1),
             bindings: [5, 6],
             batch: BATCH,
         };

@@ -50,9 +50,9 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     }
     let ray = rays[id.x];
     let met = march_ray(ray, params.back_faces == 1u);
-    var smoothed = met.normal;
+    var normal = met.normal;
     if met.what == SURFACE {
-        smoothed = smooth_normal(ray.origin + ray.direction * met.t, ray.direction, Side(met.normal, met.back == 1u, true));
+        normal = smooth_normal(ray.origin + ray.direction * met.t, ray.direction, Side(met.normal, met.back == 1u, true));
     }
-    marched[id.x] = Marched(met, smoothed, 0u);
+    marched[id.x] = Marched(met, normal, 0u);
 }

@@ -1,18 +1,23 @@
 // Where the change of a real point comes from; see tracer/delta.rs.
 
-struct Cone {
-    axis: vec3f,
-    cap: f32,
+// A cone that holds objects: the probability of its being chosen, and that over its solid angle.
+struct Target {
+    cone: Cone,
     density: f32,
     probability: f32,
 }
 
+// Where the objects are, seen from a point.
 struct Aim {
-    cones: array<Cone, MAX_CLUSTERS>,
+    targets: array<Target, MAX_CLUSTERS>,
     count: u32,
     inside: bool,
     form_factor: f32,
 }
+
+// Of the point in hand, and where the surroundings of the objects are, if they are asked for.
+var<private> aim: Aim;
+var<private> around: Aim;
 
 fn ball_form_factor(ball: vec4f, at: vec3f, normal: vec3f) -> f32 {
     let to = ball.xyz - at;
@@ -24,7 +29,7 @@ fn ball_form_factor(ball: vec4f, at: vec3f, normal: vec3f) -> f32 {
 
 // `scale`: radii of the balls that are aimed at.
 fn aim_at(x: vec3f, normal: vec3f, scale: f32) -> Aim {
-    var aim: Aim;
+    var found: Aim;
     var total = 0.0;
     for (var i = 0u; i < params.clusters.y; i++) {
         let ball = ball_at(params.clusters.x, i) * vec4f(1.0, 1.0, 1.0, scale);
@@ -32,65 +37,51 @@ fn aim_at(x: vec3f, normal: vec3f, scale: f32) -> Aim {
         if form_factor <= 0.0 {
             continue;
         }
-        let to = ball.xyz - x;
-        let d2 = dot(to, to);
-        let r2 = ball.w * ball.w;
-        if d2 <= 1.05 * r2 {
-            aim.inside = true;
+        let cone = cone_around(ball, x);
+        if cone.cap <= 0.0 {
+            found.inside = true;
             continue;
         }
-        let sin2 = max(CONE_MARGIN * r2 / d2, NARROWEST_CONE);
-        let facing = form_factor * d2 / r2;
-        let cap = sin2 / (1.0 + sqrt(1.0 - sin2));
-        aim.form_factor += form_factor;
-        aim.cones[aim.count] = Cone(to / sqrt(d2), cap, facing / TAU, cap * facing);
-        aim.count += 1u;
-        total += cap * facing;
+        let to = ball.xyz - x;
+        let facing = form_factor * dot(to, to) / (ball.w * ball.w);
+        found.form_factor += form_factor;
+        found.targets[found.count] = Target(cone, facing / TAU, cone.cap * facing);
+        found.count += 1u;
+        total += cone.cap * facing;
     }
-    for (var i = 0u; i < aim.count; i++) {
-        aim.cones[i].probability /= total;
-        aim.cones[i].density /= total;
+    for (var i = 0u; i < found.count; i++) {
+        found.targets[i].probability /= total;
+        found.targets[i].density /= total;
     }
-    return aim;
-}
-
-fn cone_contains(cone: Cone, d: vec3f) -> bool {
-    let chord = d - cone.axis;
-    return dot(chord, chord) <= 2.0 * cone.cap;
+    return found;
 }
 
 // Density per steradian with which `aim_sample` finds `d`.
-fn aim_pdf(aim: ptr<function, Aim>, d: vec3f) -> f32 {
+fn aim_pdf(of_: ptr<private, Aim>, d: vec3f) -> f32 {
     var pdf = 0.0;
-    for (var i = 0u; i < (*aim).count; i++) {
-        if cone_contains((*aim).cones[i], d) {
-            pdf += (*aim).cones[i].density;
+    for (var i = 0u; i < (*of_).count; i++) {
+        if cone_contains((*of_).targets[i].cone, d) {
+            pdf += (*of_).targets[i].density;
         }
     }
     return pdf;
 }
 
-fn aim_meets(aim: ptr<function, Aim>, d: vec3f) -> bool {
-    return (*aim).inside || aim_pdf(aim, d) > 0.0;
+fn aim_meets(of_: ptr<private, Aim>, d: vec3f) -> bool {
+    return (*of_).inside || aim_pdf(of_, d) > 0.0;
 }
 
-fn aim_sample(aim: ptr<function, Aim>, at: vec2f, pick: f32) -> vec3f {
-    var chosen = (*aim).cones[(*aim).count - 1u];
+fn aim_sample(of_: ptr<private, Aim>, at: vec2f, pick: f32) -> vec3f {
+    var chosen = (*of_).targets[(*of_).count - 1u].cone;
     var left = pick;
-    for (var i = 0u; i < (*aim).count; i++) {
-        if left < (*aim).cones[i].probability {
-            chosen = (*aim).cones[i];
+    for (var i = 0u; i < (*of_).count; i++) {
+        if left < (*of_).targets[i].probability {
+            chosen = (*of_).targets[i].cone;
             break;
         }
-        left -= (*aim).cones[i].probability;
+        left -= (*of_).targets[i].probability;
     }
-    let disc = concentric_disc(at);
-    let r2 = dot(disc, disc);
-    let height = chosen.cap * r2;
-    let sine = sqrt(max(height * (2.0 - height), 0.0));
-    let scale = select(0.0, sine / sqrt(max(r2, 1e-37)), r2 > 0.0);
-    let off = tangent_of(chosen.axis) * (disc.x * scale) + bitangent_of(chosen.axis) * (disc.y * scale);
-    return normalize(off + chosen.axis * (1.0 - height));
+    return cone_sample(chosen, at);
 }
 
 // See influence::spread_over_square.
@@ -99,7 +90,7 @@ fn spread_over_square(first: vec2f, i: u32) -> vec2f {
 }
 
 // See Lights::behind.
-fn light_behind(aim: ptr<function, Aim>, x: vec3f, normal: vec3f) -> f32 {
+fn light_behind(of_: ptr<private, Aim>, x: vec3f, normal: vec3f) -> f32 {
     var all_of_it = 0.0;
     var behind = 0.0;
     for (var i = 0u; i < params.lights.y; i++) {
@@ -113,18 +104,33 @@ fn light_behind(aim: ptr<function, Aim>, x: vec3f, normal: vec3f) -> f32 {
         }
         let light = cosine * select(1.0, point.w / d2, point.w > 0.0);
         all_of_it += light;
-        if aim_meets(aim, d) {
+        if aim_meets(of_, d) {
             behind += light;
         }
     }
     return select(0.0, behind / all_of_it, all_of_it > 0.0);
 }
 
-// One sample in how many is enough for the change of a real point; see Tracer::thinning.
-fn thinning_of(hit: RealHit) -> u32 {
-    let x = world_leave(hit);
-    var aim = aim_at(x, hit.normal, 1.0);
-    if aim.inside {
+// Whether the mirror image of an object may show at a real surface, seen along `direction` and left at `x`.
+fn may_mirror_objects(x: vec3f, normal: vec3f, direction: vec3f) -> bool {
+    let axis = reflect(direction, normal);
+    for (var i = 0u; i < params.view.balls.y; i++) {
+        let ball = ball_at(params.view.balls.x, i);
+        let to = ball.xyz - x;
+        let along = dot(to, axis);
+        let off = to - axis * along;
+        if along > -ball.w && dot(off, off) <= ball.w * ball.w {
+            return true;
+        }
+    }
+    return false;
+}
+
+// One sample in how many is enough for the change of a real point that is seen along `direction`; see Tracer::thinning.
+fn thinning_of(hit: RealHit, matter: Matter, direction: vec3f) -> u32 {
+    let x = world_leave(params.world, hit);
+    aim = aim_at(x, hit.normal, 1.0);
+    if aim.inside || (matter.beyond > 0.0 && may_mirror_objects(x, hit.normal, direction)) {
         return 1u;
     }
     let second_order = SECOND_ORDER && params.bounces >= 2u;

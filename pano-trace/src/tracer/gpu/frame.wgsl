@@ -1,19 +1,6 @@
-// A frame of the path tracers: what is bound, pixels before their first sample. One invocation a pixel.
-
-struct Trace {
-    rows: Rows,
-    view: View,
-    world: World,
-    bounces: u32,
-    // Samples that a pixel takes.
-    samples: u32,
-    // Samples of this submission.
-    begin: u32,
-    end: u32,
-    clusters: vec2u,
-    // Points of the light: position and squared distance from the viewer, or direction and 0.
-    lights: vec2u,
-}
+// A frame of the path tracers: its settings, and pixels before their first sample. The uniform has, beside view and world, `rows`,
+// `bounces`, `samples`, `clusters` and, as `lights`, points of the light: position and squared distance from the viewer, or direction
+// and 0.
 
 // A pixel under way.
 struct Started {
@@ -28,7 +15,6 @@ struct Started {
     share: f32,
 }
 
-@group(0) @binding(0) var<uniform> params: Trace;
 @group(0) @binding(6) var<storage, read_write> pixels: array<Started>;
 
 // Which estimator, and which strategies for direct light: in the order of TraceParams.
@@ -45,27 +31,22 @@ const BSDF_ONLY: u32 = 2u;
 override EMITTERS: bool = true;
 override EVERYWHERE: bool = false;
 override SECOND_ORDER: bool = true;
+// The change of points is asked for.
+override POINTS: bool = true;
 
-// Guides of each pixel, and what its centre asks for.
-@compute @workgroup_size(8, 8)
-fn start(@builtin(global_invocation_id) id: vec3u) {
-    if !is_held(params.rows, id) {
-        return;
-    }
-    let texel = texel_of(params.rows, id);
-    let corner = vec2f(texel);
-    let guides = guides_at(corner + 0.5);
+// The pixel with those guides, and what its centre asks for.
+fn begin_pixel(texel: vec2i, guides: Guides) {
     var started: Started;
     started.pixel = guides.pixel;
-    started.mixed = select(0u, 1u, may_see_objects(corner));
+    started.mixed = select(0u, 1u, may_see_objects(vec2f(texel)));
     started.most = MOST_THINNING;
     if guides.real.exists {
-        started.most = thinning_of(guides.real);
+        started.most = thinning_of(guides.real, guides.matter, camera_direction(vec2f(texel) + 0.5));
     }
     if METHOD == IBL {
         started.most = NO_SAMPLES;
     }
-    if started.mixed == 1u || METHOD == ONE_PASS || METHOD == TWO_PASS || EVERYWHERE {
+    if started.mixed == 1u || METHOD == ONE_PASS || METHOD == TWO_PASS || EVERYWHERE || (METHOD == DPT && params.samples == 1u) {
         started.most = 1u;
     }
     pixels[index_of(params.rows, texel)] = started;

@@ -1,12 +1,16 @@
-//! The path tracers on the GPU: [`super::render`] of proxies under an environment at infinity.
+//! The path tracers on the GPU: [`super::render`] of proxies under an environment at infinity ([`render`]), and of captured radiance
+//! ([`render_captured`]).
 //!
 //! The random numbers, strategies and weights are the CPU's, so that a frame differs by rounding: `f32` sums with fused products, and
 //! now and then a path for which rounding turns a choice over (a lobe, an edge) and which ends elsewhere.
 //!
-//! Departures from the CPU: recursion is a loop from ray to ray (`trace.wgsl`); two-pass rendering does not trace the second pass
+//! Departures from the CPU: recursion is a loop from ray to ray (`turn.wgsl`); two-pass rendering does not trace the second pass
 //! where an object hides it, as nothing of it is used. What a shader does not have is told by [`missing`], and the CPU does it.
 
 pub(crate) mod scene;
+mod wave;
+
+pub use wave::{GpuHit, SHADER as WAVE, captured_hits, render_captured};
 
 use super::delta::{AROUND, FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE};
 use super::delta::{SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
@@ -15,15 +19,15 @@ use super::path::ROULETTE_FROM;
 use super::{Frame, Lights, Method, Mis, Pixel, TraceParams, Traced, layers};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
 use crate::bvh::gpu::TRAVERSAL;
-use crate::cone::{MARGIN, NARROWEST};
+use crate::cone::CONES;
 use crate::objects::gpu::OBJECTS;
 use crate::objects::{MAX_CLUSTERS, Objects, SURROUNDINGS};
-use crate::world::gpu::{PROXIES, World};
+use crate::world::gpu::{ENVIRONMENT, PROXIES, World};
 use crate::world::{ProxyWorld, RealWorld};
 use bytemuck::{Pod, Zeroable};
-use pano_core::camera::Projection;
+use pano_core::camera::{Camera, Projection};
 use pano_core::distribution::gpu::DISTRIBUTION;
-use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, IMAGE, Kernel, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader};
+use pano_core::gpu::{COLOR, Constant, Gpu, GpuBuffer, GpuResult, IMAGE, Kernel, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader};
 use pano_core::gpu::{Layout, Specialization, WORDS, flag};
 use pano_core::progress::Progress;
 use scene::{GpuPixel, GpuScene, Submissions, VIEW, View};
@@ -62,8 +66,6 @@ const AIM: Piece = Piece {
         vec![
             Constant::u32("MAX_CLUSTERS", MAX_CLUSTERS as u32),
             Constant::u32("ROULETTE_FROM", ROULETTE_FROM),
-            Constant::f32("CONE_MARGIN", MARGIN),
-            Constant::f32("NARROWEST_CONE", NARROWEST),
             Constant::f32("FULL_EFFORT", FULL_EFFORT),
             Constant::f32("LEAST_EFFORT", LEAST_EFFORT),
             Constant::f32("LEAST_EFFORT_ONCE", LEAST_EFFORT_ONCE),
@@ -82,7 +84,19 @@ const AIM: Piece = Piece {
     },
 };
 
-/// `frame.wgsl`, `walk.wgsl` and `trace.wgsl`.
+/// The bit of every question.
+const ASKS: u32 = 1;
+
+/// Samples on their way from ray to ray.
+const WALK: [Piece; 5] = [
+    Piece::plain(include_str!("frame.wgsl")),
+    Piece { text: include_str!("walk.wgsl"), constants: || vec![Constant::u32("ASKS", ASKS)] },
+    Piece::plain(include_str!("point.wgsl")),
+    Piece::plain(include_str!("vertex.wgsl")),
+    Piece::plain(include_str!("turn.wgsl")),
+];
+
+/// `trace.wgsl`, with what comes before it.
 pub static SHADER: Shader = Shader {
     name: "trace",
     pieces: &[
@@ -91,16 +105,22 @@ pub static SHADER: Shader = Shader {
         IMAGE,
         RANDOM,
         WORDS,
+        COLOR,
         DISTRIBUTION,
         TRAVERSAL,
         DIRECTIONS,
+        CONES,
         BSDF,
         OBJECTS,
+        ENVIRONMENT,
         PROXIES,
         VIEW,
         AIM,
-        Piece::plain(include_str!("frame.wgsl")),
-        Piece::plain(include_str!("walk.wgsl")),
+        WALK[0],
+        WALK[1],
+        WALK[2],
+        WALK[3],
+        WALK[4],
         Piece::plain(include_str!("trace.wgsl")),
     ],
     // Of the many combinations the ends: each method with all effects, and with none.
@@ -108,9 +128,9 @@ pub static SHADER: Shader = Shader {
         Specialization { entry: "start", constants: &[] },
         Specialization { entry: "start", constants: LEAST },
         Specialization { entry: "trace", constants: &[("METHOD", 0.0)] },
-        Specialization { entry: "trace", constants: &[("METHOD", 1.0)] },
-        Specialization { entry: "trace", constants: &[("METHOD", 2.0)] },
-        Specialization { entry: "trace", constants: &[("METHOD", 3.0)] },
+        Specialization { entry: "trace", constants: &[("METHOD", 1.0), ("POINTS", 0.0)] },
+        Specialization { entry: "trace", constants: &[("METHOD", 2.0), ("POINTS", 0.0)] },
+        Specialization { entry: "trace", constants: &[("METHOD", 3.0), ("POINTS", 0.0)] },
         Specialization { entry: "trace", constants: LEAST },
     ],
 };
@@ -130,7 +150,7 @@ const LEAST: &[(&str, f64)] = &[
 
 /// Structures that Rust fills, with the shader that declares each.
 pub(crate) fn layouts() -> Vec<(&'static Shader, Layout)> {
-    vec![(&SHADER, Trace::LAYOUT), (&SHADER, View::LAYOUT), (&SHADER, World::LAYOUT)]
+    [vec![(&SHADER, Trace::LAYOUT), (&SHADER, View::LAYOUT), (&SHADER, World::LAYOUT)], wave::layout::layouts()].concat()
 }
 
 /// What a frame asks for that shaders do not have; nobody but the CPU can trace it.
@@ -171,7 +191,12 @@ pub fn render(
     let (scene, (clusters, lights)) = GpuScene::new(gpu, frame, world, |packed, words, _| {
         (packed.clusters, Lights::of(world, frame.camera.position, params.samples).pack(words))
     })?;
-    let constants = overrides(frame.objects, world, params);
+    let mut constants = specialize(frame.objects, world, params);
+    constants.extend([
+        ("POINTS", flag(params.method == Method::Dpt)),
+        ("PROXY_MESHES", flag(world.has_meshes())),
+        ("FROM_PICTURE", flag(world.reflects_picture())),
+    ]);
     let cut = Submissions::new(gpu, frame, size_of::<Started>(), params.bounces as usize);
     let run = |entry: &'static str, rows: Rows, held: &GpuBuffer, part: Range<u32>| {
         let (bounces, samples) = (params.bounces, params.samples);
@@ -203,12 +228,7 @@ pub fn render(
         pixels.extend(gpu.read_slice::<Started>(&held, rows.pixels())?);
         progress.advance(u64::from(rows.count));
     }
-    let wrap = frame.camera.projection == Projection::Panorama;
-    let thinning: Vec<u32> = pixels.iter().map(|p| p.most).collect();
-    for (pixel, thinning) in pixels.iter_mut().zip(least_of_neighbours(&thinning, width, wrap)) {
-        let Thinned { samples, boost, share } = Thinned::new(params.samples, thinning, 0);
-        (pixel.most, pixel.boost, pixel.share) = (samples, boost, share);
-    }
+    settle(&mut pixels, frame.camera, params.samples);
     for band in cut.bands() {
         let rows = cut.rows(&band);
         let in_band = &mut pixels[band.start * width..band.end * width];
@@ -222,17 +242,32 @@ pub fn render(
         in_band.copy_from_slice(&gpu.read_slice::<Started>(&held, rows.pixels())?);
         progress.advance(u64::from(rows.count));
     }
+    Ok(Some(traced(frame.camera, &pixels)))
+}
+
+/// Settles the samples of pixels from what their centres ask for.
+fn settle(pixels: &mut [Started], camera: &Camera, samples: u32) {
+    let wrap = camera.projection == Projection::Panorama;
+    let thinning: Vec<u32> = pixels.iter().map(|p| p.most).collect();
+    for (pixel, thinning) in pixels.iter_mut().zip(least_of_neighbours(&thinning, camera.width, wrap)) {
+        let Thinned { samples, boost, share } = Thinned::new(samples, thinning, 0);
+        (pixel.most, pixel.boost, pixel.share) = (samples, boost, share);
+    }
+}
+
+/// What a frame's pixels have come to.
+fn traced(camera: &Camera, pixels: &[Started]) -> Traced {
     let finished: Vec<Pixel> = pixels.iter().map(|p| p.pixel.finish(p.most)).collect();
-    Ok(Some(Traced {
-        layers: layers(frame.camera, finished.iter()),
+    Traced {
+        layers: layers(camera, finished.iter()),
         rays: pixels.iter().map(|p| u64::from(p.pixel.rays)).sum(),
         discarded: pixels.iter().map(|p| u64::from(p.pixel.discarded)).sum(),
         sampling: None,
-    }))
+    }
 }
 
-/// What this scene calls for; the rest is not compiled.
-fn overrides(objects: &Objects, world: &ProxyWorld, params: &TraceParams) -> Vec<(&'static str, f64)> {
+/// What this scene calls for over any world; the rest is not compiled.
+fn specialize(objects: &Objects, world: &impl RealWorld, params: &TraceParams) -> Vec<(&'static str, f64)> {
     let method = match params.method {
         Method::Dpt => 0,
         Method::OnePass => 1,
@@ -254,7 +289,5 @@ fn overrides(objects: &Objects, world: &ProxyWorld, params: &TraceParams) -> Vec
         ("EVERYWHERE", flag(params.everywhere)),
         ("SECOND_ORDER", flag(params.second_order && world.sees_itself())),
         ("LIT", flag(world.environment().light.is_some())),
-        ("PROXY_MESHES", flag(!world.tlas().is_empty())),
-        ("FROM_PICTURE", flag(world.reflects_picture())),
     ]
 }

@@ -1,11 +1,11 @@
 //! A frame's scene in the GPU's memory, and what its pixels come to there: of every tracer.
 
 use super::super::{Frame, Pixel};
+use crate::bvh::Tlas;
 use crate::bvh::gpu::GpuTlas;
 use crate::objects::WIDEST;
-use crate::objects::gpu::PackedObjects;
-use crate::world::ProxyWorld;
-use crate::world::gpu::World;
+use crate::objects::gpu::{NONE, PackedObjects};
+use crate::world::gpu::GpuWorld;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use pano_core::camera::Projection;
@@ -67,15 +67,15 @@ pub(crate) const VIEW: Piece =
 
 /// Hierarchies, tables and pictures, and where to find what in them.
 #[derive(Debug)]
-pub(crate) struct GpuScene {
+pub(crate) struct GpuScene<U> {
     pub(crate) view: View,
-    pub(crate) world: World,
+    pub(crate) world: U,
     tlas: GpuTlas,
     words: GpuBuffer,
     pictures: GpuBuffer,
 }
 
-impl GpuScene {
+impl<U> GpuScene<U> {
     /// Copies all that rays ask for, and the tables and pictures that `more` adds; also what that says.
     ///
     /// # Errors
@@ -83,10 +83,11 @@ impl GpuScene {
     pub(crate) fn new<T>(
         gpu: &Gpu,
         frame: &Frame<'_>,
-        world: &ProxyWorld,
+        world: &impl GpuWorld<Uniform = U>,
         more: impl FnOnce(&PackedObjects, &mut Words, &mut Vec<f32>) -> T,
     ) -> GpuResult<(Self, T)> {
-        let tlas = GpuTlas::of(gpu, &[frame.objects.tlas(), world.tlas()])?;
+        let hierarchies: Vec<&Tlas> = [Some(frame.objects.tlas()), world.tlas()].into_iter().flatten().collect();
+        let tlas = GpuTlas::of(gpu, &hierarchies)?;
         let (mut words, mut pictures) = (Words::default(), Vec::new());
         let packed = frame.objects.pack(&mut words);
         let world = world.pack(&mut words, &mut pictures);
@@ -106,7 +107,7 @@ impl GpuScene {
             focal: focal.to_array(),
             center: center.to_array(),
             stream: [frame.stream.frame, frame.stream.seed],
-            roots: [tlas.roots()[0], tlas.roots()[1]],
+            roots: [tlas.roots()[0], tlas.roots().get(1).copied().unwrap_or(NONE)],
             emitters: packed.emitters,
             balls: packed.balls,
         };

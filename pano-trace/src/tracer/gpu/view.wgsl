@@ -112,23 +112,23 @@ fn may_see_objects(corner: vec2f) -> bool {
     return false;
 }
 
-// What is at a pixel's centre; `real` is the surface, if it is a real one.
+// What is at a pixel's centre: `real` is the surface, if it is a real one, and `matter` what it is made of.
 struct Guides {
     pixel: Pixel,
     real: RealHit,
+    matter: Matter,
 }
 
-// See Tracer::guides.
-fn guides_at(center: vec2f) -> Guides {
+// See Tracer::guides_of; the ray along `d` meets nothing before `real`.
+fn guides_of(object: Hit, real: RealHit, d: vec3f) -> Guides {
     var guides: Guides;
     guides.pixel.depth = -1.0;
-    let d = camera_direction(center);
-    let object = trace_ray(params.view.roots.x, params.view.position, d, NEVER, false);
-    guides.real = world_hit(params.world, params.view.roots.y, params.view.position, d, object.t);
-    if guides.real.exists {
-        guides.pixel.depth = guides.real.t;
-        guides.pixel.normal = guides.real.normal;
-        guides.pixel.albedo = world_reflectance(params.world, guides.real);
+    guides.real = real;
+    if real.exists {
+        guides.matter = world_matter(params.world, real);
+        guides.pixel.depth = real.t;
+        guides.pixel.normal = real.normal;
+        guides.pixel.albedo = guides.matter.reflectance;
     } else if object.instance != NOTHING {
         let surface = surface_at(objects(), object, d);
         guides.pixel.depth = object.t;

@@ -1,4 +1,4 @@
-// The state of a sample on its way from ray to ray (`trace.wgsl`), and the weights of what it finds.
+// The state of a sample on its way from ray to ray (`turn.wgsl`), and the weights of what it finds.
 
 // What the ray in hand is for.
 const IDLE: u32 = 0u;
@@ -13,6 +13,8 @@ const CHANGE: u32 = 6u;
 // onepass: a light sample, and a direction, in both scenes.
 const LIGHT_PAIR: u32 = 7u;
 const PAIR: u32 = 8u;
+// What a real surface may mirror.
+const REFLECTED: u32 = 9u;
 
 // What is to be done once the answer is known.
 const GO_ON: u32 = 0u;
@@ -36,28 +38,67 @@ struct First {
     direction: vec3f,
 }
 
+// A ray and what is asked of it.
+struct Quest {
+    origin: vec3f,
+    limit: f32,
+    direction: vec3f,
+    // ASKS and bits of the ones below; 0 for no question.
+    asks: u32,
+    // Of a light sample; `goal.x` of a camera ray is the number that picks one of the texels it shows.
+    goal: vec3f,
+    aimed: u32,
+}
+
+// Objects may lie on it; any of them will do.
+const FOR_OBJECTS: u32 = 2u;
+const FOR_ANY: u32 = 4u;
+// The real world is asked if an object was met, if none was, and for what lies behind objects, too.
+const IF_MET: u32 = 8u;
+const UNLESS_MET: u32 = 16u;
+const BEHIND_OBJECTS: u32 = 32u;
+// It is the camera's: the picture may show another surface than lies there.
+const AS_SHOWN: u32 = 64u;
+
+// Whether the real world is asked.
+fn asks_world(asks: u32, met: bool) -> bool {
+    return asks != 0u && (asks & select(IF_MET, UNLESS_MET, met)) == 0u;
+}
+
+struct Answer {
+    object: Hit,
+    real: RealHit,
+    // The light that arrives from the real world, and the density with which a light sample finds it. `known`: the world can tell it,
+    // and it is what the light sample was aimed at.
+    light: vec3f,
+    pdf: f32,
+    known: bool,
+    // The real world was asked.
+    asked: bool,
+}
+
 // A path under way.
 struct Path {
-    // What its light counts, and what is left of light along it.
+    // What its light counts, and (`throughput`) what is left of light along it.
     outer: vec3f,
-    throughput: vec3f,
     // Density with which its direction was found; negative: light sampling was not tried.
     found_by: f32,
+    throughput: vec3f,
     remaining: u32,
     // Bounces so far; the first of a real surface's own comes before the path's.
     depth: i32,
-    // Whether it can meet objects.
-    mixed: bool,
+    // 1 if it can meet objects.
+    mixed: u32,
 }
 
 // A light sample: what it counts, and the density with which the surface would have found it. What comes after it.
 struct Light {
     value: vec3f,
     pdf: f32,
-    distance: f32,
-    next_job: u32,
     next_origin: vec3f,
+    distance: f32,
     next_direction: vec3f,
+    next_job: u32,
 }
 
 // A walk that begins when the one in hand has ended.
@@ -65,6 +106,22 @@ struct Later {
     exists: bool,
     first: First,
     path: Path,
+}
+
+// What a real surface may mirror: what it sends out beyond diffuse reflection, 0 for nothing, and the ray.
+struct Mirror {
+    origin: vec3f,
+    beyond: f32,
+    direction: vec3f,
+    pad: u32,
+}
+
+// How much work goes into the change of a point; see delta::Effort.
+struct Effort {
+    share: f32,
+    least: f32,
+    boost: f32,
+    lights: u32,
 }
 
 // The real point whose change is asked for.
@@ -77,17 +134,23 @@ struct Point {
     // Reflectance/π and what the point itself counts.
     scale: vec3f,
     light_rate: f32,
+    u: vec4f,
     // Light samples, and how many of them were taken.
     lights: u32,
     taken: u32,
-    u: vec4f,
+    // How often it uses any strategy, and the third one.
+    share: f32,
     cosine_rate: f32,
     bounces: u32,
-    second_order: bool,
 }
 
 fn path_of(outer: vec3f, bounces: u32, mixed: bool) -> Path {
-    return Path(outer, vec3f(1.0), -1.0, bounces, 0, mixed);
+    return Path(outer, -1.0, vec3f(1.0), bounces, 0, select(0u, 1u, mixed));
+}
+
+// What ends a path's way counts for the change of another.
+fn once(lights: u32) -> Effort {
+    return Effort(0.5, LEAST_EFFORT_ONCE, 1.0, lights);
 }
 
 fn balance(mine: f32, other: f32) -> f32 {
@@ -95,15 +158,15 @@ fn balance(mine: f32, other: f32) -> f32 {
 }
 
 // Share of light samples aimed at the real world; the others are aimed at shining objects.
-fn world_share(mixed: bool) -> f32 {
-    if !EMITTERS || !mixed {
+fn world_share(mixed: u32) -> f32 {
+    if !EMITTERS || mixed == 0u {
         return 1.0;
     }
     return select(0.0, 0.5, LIT);
 }
 
-// Weight of what a path meets against the light samples that could have found it; `sky_pdf` is that of the environment's there.
-fn weight_of(path: Path, first: First, sky_pdf: f32) -> f32 {
+// Weight of what a path meets against the light samples that could have found it; `pdf` is that of the real world's there.
+fn weight_of(path: Path, first: First, pdf: f32) -> f32 {
     if path.found_by < 0.0 || MIS == BSDF_ONLY {
         return 1.0;
     }
@@ -112,39 +175,11 @@ fn weight_of(path: Path, first: First, sky_pdf: f32) -> f32 {
     }
     let share = world_share(path.mixed);
     var other = 0.0;
-    if first.what == INFINITY {
-        other = share * sky_pdf;
-    } else if EMITTERS && first.what == OBJECT && share < 1.0 {
+    if first.what != OBJECT {
+        other = share * pdf;
+    } else if EMITTERS && share < 1.0 {
         other = (1.0 - share) * emitter_pdf(objects(), first.object, first.direction);
     }
     return balance(path.found_by, other);
-}
-
-// Factors of the light that is blocked and of the light that an object sends instead; see `Tracer::weights`.
-struct Weights {
-    blocked: f32,
-    sent: f32,
-    light_finds_it: bool,
-}
-
-// Density per steradian of a point's third strategy.
-fn cosine_pdf(around: ptr<function, Aim>, d: vec3f, cosine: f32) -> f32 {
-    if SECOND_ORDER && (*around).count > 0u {
-        return AROUND * aim_pdf(around, d) + (1.0 - AROUND) * cosine / PI;
-    }
-    return cosine / PI;
-}
-
-fn weights_of(point: Point, aim: ptr<function, Aim>, around: ptr<function, Aim>, d: vec3f, cosine: f32, sky_pdf: f32) -> Weights {
-    let by_aim = point.cone_rate * aim_pdf(aim, d) + point.cosine_rate * cosine_pdf(around, d, cosine);
-    let by_light = point.light_rate * sky_pdf;
-    var all_ = by_aim + by_light;
-    if MIS == LIGHT_ONLY && by_light > 0.0 {
-        all_ = by_light;
-    }
-    if by_aim <= 0.0 || !is_finite(all_) {
-        return Weights(0.0, 0.0, false);
-    }
-    return Weights(1.0 / all_, 1.0 / by_aim, by_light > 0.0);
 }
 

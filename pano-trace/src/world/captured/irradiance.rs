@@ -27,6 +27,10 @@ pub(super) struct IrradianceMap {
     fine: Image<Texel>,
 }
 
+/// Numbers of a texel on the GPU.
+#[cfg(feature = "gpu")]
+pub(super) const TEXEL_WORDS: u32 = 10;
+
 /// Columns of the fine grid for one of the coarse one.
 const REFINEMENT: usize = 4;
 /// The share of its irradiance that an object can take from a surface, from which on the fine grid is measured.
@@ -52,6 +56,19 @@ impl IrradianceMap {
             balls.iter().map(|ball| ball.form_factor(hit.position, hit.normal)).sum::<f32>() > INFLUENCE
         })?;
         Some(Self { fine, ..self })
+    }
+
+    /// Adds the fine and the coarse grid for a shader: where each begins, and its size.
+    #[cfg(feature = "gpu")]
+    pub(super) fn pack(&self, words: &mut pano_core::gpu::Words) -> [(u32, [u32; 2]); 2] {
+        [&self.fine, &self.coarse].map(|grid| {
+            let at = words.at();
+            for texel in grid.data() {
+                [texel.irradiance, texel.position, texel.normal].into_iter().for_each(|v| words.vec3(v));
+                words.word(u32::from(texel.measured));
+            }
+            (at, [grid.width() as u32, grid.height() as u32])
+        })
     }
 
     /// Irradiance at `position` (panorama frame) on a surface with `normal`.
@@ -143,13 +160,17 @@ fn measure_grid(
     (!progress.cancelled()).then(|| smooth(texels))
 }
 
+/// Less than this is not alike: products that small are no numbers to count on.
+pub(super) const LEAST_ALIKE: f32 = 1e-20;
+
 /// 1 for a texel in the plane through `position`, falling to 0 off it (2 % of the distance) and for turned normals.
 fn similarity(position: Vec3, normal: Vec3, texel: &Texel) -> f32 {
     if !texel.measured {
         return 0.0;
     }
     let off = normal.dot(texel.position - position) / (0.02 * position.length());
-    (-off * off).exp() * normal.dot(texel.normal).max(0.0).powi(8)
+    let alike = (-off * off).exp() * normal.dot(texel.normal).max(0.0).powi(8);
+    if alike < LEAST_ALIKE { 0.0 } else { alike }
 }
 
 /// Irradiance at one texel.

@@ -26,6 +26,10 @@ const MOST: usize = 8;
 /// The share of light samples aimed at lamps is this part of the lamps' share of the light.
 const EFFORT: f32 = 0.5;
 
+/// Numbers of a lamp on the GPU.
+#[cfg(feature = "gpu")]
+pub(super) const LAMP_WORDS: u32 = 5;
+
 #[derive(Clone, Copy, Debug)]
 struct Lamp {
     /// Holds it and its assumed back. Panorama frame.
@@ -111,6 +115,23 @@ impl Lamps {
     #[cfg(test)]
     pub(super) fn balls(&self) -> impl Iterator<Item = Ball> {
         self.lamps.iter().map(|lamp| lamp.ball)
+    }
+
+    /// Adds them for a shader: where they begin and how many there are.
+    #[cfg(feature = "gpu")]
+    pub(super) fn pack(&self, words: &mut pano_core::gpu::Words) -> (u32, u32) {
+        let at = words.at();
+        for lamp in &self.lamps {
+            words.vec3(lamp.ball.center);
+            words.numbers([lamp.ball.radius, lamp.intensity]);
+        }
+        (at, self.lamps.len() as u32)
+    }
+
+    /// [`Self::share`] of points that see one.
+    #[cfg(feature = "gpu")]
+    pub(super) fn largest_share(&self) -> f32 {
+        self.share
     }
 
     fn seen(&self, from: Vec3) -> impl Iterator<Item = Seen> + Clone {

@@ -1,6 +1,8 @@
 //! The radiance field that a panorama with depth has captured: every real surface already carries all real light, lights
 //! what it faces, and blocks what is behind it.
 
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
 mod hidden;
 mod infinity;
 mod irradiance;

@@ -1,0 +1,108 @@
+//! The captured radiance field as shaders read it. Its tables (irradiance, lamps, light) are made on the CPU.
+
+use super::{AT_CAPTURE, CapturedWorld, LEAVE, hidden, irradiance, lamps};
+use crate::bvh::Tlas;
+use crate::prt::gpu::GpuDepthField;
+use crate::world::gpu::GpuWorld;
+use crate::world::gpu::add_picture;
+use glam::Vec3;
+use pano_core::gpu::{Constant, Gpu, GpuResult, Piece, Words};
+
+/// What can be asked of a captured field, for shaders to include after [`crate::world::gpu::ENVIRONMENT`], [`crate::prt::gpu::MARCHING`]
+/// and [`crate::cone::CONES`].
+pub(crate) const CAPTURED: [Piece; 2] = [
+    Piece {
+        text: include_str!("captured.wgsl"),
+        constants: || {
+            vec![
+                Constant::f32("LEAVE", LEAVE),
+                Constant::f32("LEAST_ALIKE", irradiance::LEAST_ALIKE),
+                Constant::u32("TEXEL_WORDS", irradiance::TEXEL_WORDS),
+                Constant::u32("LAMP_WORDS", lamps::LAMP_WORDS),
+            ]
+        },
+    },
+    Piece {
+        text: include_str!("tell.wgsl"),
+        constants: || {
+            vec![
+                Constant::f32("AT_CAPTURE", AT_CAPTURE),
+                Constant::f32("GLOW", hidden::GLOW),
+                Constant::u32("CELL_BITS", hidden::CELL_BITS),
+            ]
+        },
+    },
+];
+
+pano_core::uniform! {
+    /// `World` of the shader.
+    pub(crate) struct World {
+        pano_x: Vec3,
+        cap: f32,
+        pano_y: Vec3,
+        lamps: u32,
+        pano_z: Vec3,
+        lamp_count: u32,
+        capture: Vec3,
+        lamp_share: f32,
+        light_size: [u32; 2],
+        light: u32,
+        infinity: u32,
+        size: [u32; 2],
+        fine: u32,
+        coarse: u32,
+        fine_size: [u32; 2],
+        coarse_size: [u32; 2],
+        hidden_samples: u32,
+        back_faces: u32,
+        pad: [u32; 2],
+    }
+}
+
+impl GpuWorld for CapturedWorld {
+    type Uniform = World;
+
+    fn tlas(&self) -> Option<&Tlas> {
+        None
+    }
+
+    fn pack(&self, words: &mut Words, pictures: &mut Vec<f32>) -> World {
+        let (_, size) = add_picture(&self.radiance, pictures);
+        let infinity = self.infinity.as_ref().map_or(0, |shows| add_picture(shows, pictures).0);
+        let (light, light_size) = self.light.as_ref().map_or((0, [1, 1]), |light| light.pack(words));
+        let [(fine, fine_size), (coarse, coarse_size)] = self.irradiance.as_ref().map_or([(0, [0, 0]); 2], |map| map.pack(words));
+        let (lamps, lamp_count) = self.lamps.pack(words);
+        let [pano_x, pano_y, pano_z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| self.world_from_pano.inverse() * axis);
+        World {
+            pano_x,
+            cap: self.cap,
+            pano_y,
+            lamps,
+            pano_z,
+            lamp_count,
+            capture: self.capture,
+            lamp_share: self.lamps.largest_share(),
+            light_size,
+            light,
+            infinity,
+            size,
+            fine,
+            coarse,
+            fine_size,
+            coarse_size,
+            hidden_samples: self.hidden_samples,
+            back_faces: u32::from(self.field.has_back_faces()),
+            pad: [0; 2],
+        }
+    }
+}
+
+impl CapturedWorld {
+    /// Copies its depth to the GPU.
+    ///
+    /// # Errors
+    /// [`pano_core::gpu::GpuError::TooLarge`] if it does not fit a binding, or what has become of the device.
+    pub(crate) fn field_on(&self, gpu: &Gpu) -> GpuResult<GpuDepthField> {
+        GpuDepthField::new(gpu, &self.field)
+    }
+}
