@@ -46,10 +46,10 @@ fn world(objects: &Objects, change: impl Fn(&mut CapturedOptions)) -> CapturedWo
 /// From the capture point and from all over the room, most of them towards the table.
 fn rays(random: &mut Random, count: usize) -> Vec<Ray> {
     let ray = |i: usize| {
-        let origin = CAPTURE + if i % 10 == 0 { Vec3::ZERO } else { random.direction() * random.between(0.0, 1.1) };
+        let origin = CAPTURE + if i.is_multiple_of(10) { Vec3::ZERO } else { random.direction() * random.between(0.0, 1.1) };
         let table = Vec3::new(random.between(-1.5, 0.0), random.between(-1.5, -0.5), random.between(-2.0, -1.0));
         let toward = CAPTURE + Quat::from_rotation_y(0.3) * table;
-        let direction = if i % 4 > 0 { (toward - origin).normalize() } else { random.direction() };
+        let direction = if i.is_multiple_of(4) { random.direction() } else { (toward - origin).normalize() };
         Ray::new(origin, direction).up_to(if i.is_multiple_of(5) { random.between(0.5, 6.0) } else { f32::INFINITY })
     };
     (0..count).map(ray).collect()
