@@ -50,14 +50,11 @@ fn begin_point(hit: RealHit, matter: Matter, effort: Effort) {
     point.u = draw();
 }
 
-// The next ray of the point in hand, or of one that waits; false if there is none.
+// The next ray of the point in hand, or in the next turn that of one that waits; false if there is none.
 fn next_strategy() -> bool {
     loop {
         if point.stage >= 3u {
-            if !take_point_back() {
-                return false;
-            }
-            look_for_objects();
+            return take_point_back();
         }
         let stage = point.stage;
         let number_of_light = point.taken;

@@ -104,6 +104,8 @@ const CAPTURED: bool = true;
 
 var<private> lane: u32;
 var<private> waiting: u32;
+// The point in hand has come out of memory, where what it aims at is not kept.
+var<private> must_aim: bool;
 
 fn put_point_aside() {
     waiting_points[lane * params.most_waiting + waiting] = point;
@@ -116,6 +118,7 @@ fn take_point_back() -> bool {
     }
     waiting -= 1u;
     point = waiting_points[lane * params.most_waiting + waiting];
+    must_aim = true;
     return true;
 }
 
@@ -300,9 +303,7 @@ fn take_lane() {
     // From anywhere on its side.
     later.first.direction = -kept.normal;
     later.path = second_pass();
-    if POINTS && (point.stage < 3u || job == BLOCKED || job == CHANGE) {
-        look_for_objects();
-    }
+    must_aim = point.stage < 3u || job == BLOCKED || job == CHANGE;
 }
 
 @compute @workgroup_size(8, 8)
@@ -319,6 +320,10 @@ fn advance(@builtin(global_invocation_id) id: vec3u) {
     var answer = answer_of(lane);
     var goes_on = true;
     loop {
+        if POINTS && must_aim {
+            must_aim = false;
+            look_for_objects();
+        }
         goes_on = turn(answer);
         if !goes_on || job != IDLE {
             break;
