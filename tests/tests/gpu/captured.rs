@@ -141,16 +141,15 @@ fn strategies_equal_the_cpu(gpu: &Gpu) {
 }
 
 /// Rows of a frame that do not fit one binding.
-fn bands_make_no_difference(gpu: &Gpu) {
+fn bands_make_no_difference(_: &Gpu) {
     let objects = plain();
     let world = world(&objects, |_| ());
     let camera = view(90, 60);
     let frame = Frame { camera: &camera, objects: &objects, stream: Stream::default() };
     let params = TraceParams { method: Method::Ibl, samples: 2, ..TraceParams::default() };
-    let small = Gpu::new(&GpuOptions { max_binding: Some(1 << 19), ..GpuOptions::default() }).unwrap();
-    let [whole, banded] = [gpu, &small].map(|gpu| {
-        let before = gpu.submissions();
-        (render_captured(gpu, &frame, &world, &params, &Silent).unwrap().unwrap(), gpu.submissions() - before)
+    let [whole, banded] = [None, Some(1 << 19)].map(|max_binding| {
+        let gpu = Gpu::new(&GpuOptions { max_binding, ..GpuOptions::default() }).unwrap();
+        (render_captured(&gpu, &frame, &world, &params, &Silent).unwrap().unwrap(), gpu.submissions())
     });
     assert!(banded.1 > 2 * whole.1, "{} {}", banded.1, whole.1);
     assert!(banded.0.layers.object == whole.0.layers.object && banded.0.layers.albedo == whole.0.layers.albedo);
