@@ -108,12 +108,6 @@ impl DepthField {
         Self { n, faces, back_faces: options.back_faces, max_steps: options.max_steps }
     }
 
-    /// Whether its layers have back faces.
-    #[cfg(feature = "gpu")]
-    pub(crate) fn has_back_faces(&self) -> bool {
-        self.back_faces
-    }
-
     /// Whether direction `d` points into a cell at a gap or next to one.
     pub fn near_gap(&self, d: Vec3) -> bool {
         let (face, at) = face_from_direction(d);

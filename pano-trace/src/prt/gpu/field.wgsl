@@ -7,7 +7,8 @@ struct Field {
     cells: u32,
     levels: u32,
     steps: u32,
-    pad: u32,
+    // 1 if layers have back faces at their gaps.
+    back_faces: u32,
     // Planar depth of the nearest sample of each face; FAR_AWAY if it has none.
     nearest: array<vec4f, 2>,
     // Where each level begins in `field_upper`, of one face; and in the last one, how many numbers that are in all.

@@ -447,7 +447,8 @@ fn quarter_turn(axis: vec3f, v: vec3f, way: f32) -> vec3f {
 }
 
 // The nearest surface on a ray, or what is assumed at its gaps.
-fn march_ray(ray: Ray, back_faces: bool) -> Met {
+fn march_ray(ray: Ray) -> Met {
+    let back_faces = params.field.back_faces == 1u;
     var journey = journey_of(ray);
     // The nearest back face so far, and the layer that ends the ray if it stays behind the front one until then.
     var face: Met;

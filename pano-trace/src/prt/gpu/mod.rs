@@ -27,7 +27,7 @@ pano_core::uniform! {
         cells: u32,
         levels: u32,
         steps: u32,
-        pad: u32,
+        back_faces: u32,
         nearest: [[f32; 4]; 2],
         begins: [[u32; 4]; 4],
     }
@@ -38,7 +38,7 @@ pano_core::uniform! {
     pub(crate) struct March {
         field: Field,
         count: u32,
-        back_faces: u32,
+        pad0: u32,
         pad1: u32,
         pad2: u32,
     }
@@ -115,7 +115,6 @@ pub static SHADER: Shader = Shader {
 #[derive(Debug)]
 pub struct GpuDepthField {
     uniform: Field,
-    back_faces: bool,
     inverse: GpuBuffer,
     gaps: GpuBuffer,
     base: GpuBuffer,
@@ -135,7 +134,7 @@ impl GpuDepthField {
             cells: n as u32,
             levels: levels.len() as u32,
             steps: field.max_steps,
-            pad: 0,
+            back_faces: u32::from(field.back_faces),
             nearest: [[0.0; 4]; 2],
             begins: [[0; 4]; 4],
         };
@@ -167,7 +166,6 @@ impl GpuDepthField {
         }
         Ok(Self {
             uniform,
-            back_faces: field.back_faces,
             inverse: gpu.upload_slice(&inverse)?,
             gaps: gpu.upload_slice(&gaps)?,
             base: gpu.upload_slice(&base)?,
@@ -196,7 +194,7 @@ impl GpuDepthField {
             bindings: [5, 6],
             batch: BATCH,
         };
-        let uniform = |count| March { field: self.uniform, count, back_faces: u32::from(self.back_faces), pad1: 0, pad2: 0 };
+        let uniform = |count| March { field: self.uniform, count, pad0: 0, pad1: 0, pad2: 0 };
         let met: Vec<Marched> = rays_kernel.run(gpu, uniform, rays)?;
         Ok(met.iter().map(Marched::answer).collect())
     }

@@ -3,8 +3,7 @@
 struct March {
     field: Field,
     count: u32,
-    // Whether layers have back faces at their gaps.
-    back_faces: u32,
+    pad0: u32,
     pad1: u32,
     pad2: u32,
 }
@@ -49,7 +48,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let ray = rays[id.x];
-    let met = march_ray(ray, params.back_faces == 1u);
+    let met = march_ray(ray);
     var normal = met.normal;
     if met.what == SURFACE {
         normal = smooth_normal(ray.origin + ray.direction * met.t, ray.direction, Side(met.normal, met.back == 1u, true));

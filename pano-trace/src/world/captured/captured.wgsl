@@ -25,9 +25,9 @@ struct World {
     coarse_size: vec2u,
     // Pairs of rays by which a back face is lit.
     hidden_samples: u32,
-    // 1 if layers have back faces.
-    back_faces: u32,
-    pad: vec2u,
+    pad1: u32,
+    pad2: u32,
+    pad3: u32,
 }
 
 // Surfaces that the panorama shows, and sides that are only assumed.

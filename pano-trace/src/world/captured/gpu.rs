@@ -54,8 +54,9 @@ pano_core::uniform! {
         fine_size: [u32; 2],
         coarse_size: [u32; 2],
         hidden_samples: u32,
-        back_faces: u32,
-        pad: [u32; 2],
+        pad1: u32,
+        pad2: u32,
+        pad3: u32,
     }
 }
 
@@ -91,8 +92,9 @@ impl GpuWorld for CapturedWorld {
             fine_size,
             coarse_size,
             hidden_samples: self.hidden_samples,
-            back_faces: u32::from(self.field.has_back_faces()),
-            pad: [0; 2],
+            pad1: 0,
+            pad2: 0,
+            pad3: 0,
         }
     }
 }

@@ -162,7 +162,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     let k = index_of(params.rows, texel_of(params.rows, id));
     let way = asked[k].way;
     if asked[k].quest.asks != 0u && way.by == MARCHED {
-        asked[k].met = march_ray(Ray(way.origin, way.t_max, way.direction, 0u), params.world.back_faces == 1u);
+        asked[k].met = march_ray(Ray(way.origin, way.t_max, way.direction, 0u));
     }
 }
 
