@@ -10,7 +10,7 @@
 //! needs it), and the cosine (inside the bounds, and for the second order). The balance heuristic joins them. A point
 //! whose hemisphere does not see the bounds has no first-order change and costs nothing.
 
-use super::influence::{Thinned, spread_over_square};
+use super::influence::spread_over_square;
 use super::path::{First, Scene};
 use super::{Mis, Tracer, Walk};
 use crate::bsdf::concentric_disc;
@@ -29,8 +29,10 @@ pub(super) const FULL_EFFORT: f32 = 0.25;
 pub(super) const LEAST_EFFORT: f32 = 1.0 / 64.0;
 /// The same for points that are met once by a path, where a thinner effort would only make the rare find brighter.
 pub(super) const LEAST_EFFORT_ONCE: f32 = 0.5;
+/// How often the ends of paths are asked for their change.
+pub(super) const PATHS_END_SHARE: f32 = 0.5;
 /// How often the second order is sampled: it is small, and smooth. Where few samples stand for many, more often by the root.
-pub(super) const SECOND_ORDER_EFFORT: f32 = 0.25;
+pub(super) const SECOND_ORDER_EFFORT: f32 = 0.125;
 /// Light samples of a point that changes another. Most meet no object and take no ray; with one, the few that do would be bright.
 pub(super) const SECOND_ORDER_LIGHTS: u32 = 8;
 /// Share of the third strategy's directions that are aimed at the surroundings of the objects, which hold most of what has changed:
@@ -133,6 +135,12 @@ struct Effort {
     lights: u32,
 }
 
+/// Of points that only colour a path's end, in every other path.
+const OF_A_PATHS_END: Effort = Effort { share: PATHS_END_SHARE, least: LEAST_EFFORT_ONCE, boost: 1.0, lights: 1 };
+/// Of points that change another. They are asked for seldom, and then with all strategies: a find that two rare choices led to would
+/// be brighter still.
+const OF_ANOTHER: Effort = Effort { share: 1.0, least: LEAST_EFFORT_ONCE, boost: 1.0, lights: SECOND_ORDER_LIGHTS };
+
 /// A real point whose change is asked for, and how often each strategy is used there.
 struct Point<'a> {
     hit: &'a RealHit,
@@ -160,12 +168,11 @@ impl Point<'_> {
 
 impl<'a, W: RealWorld> Tracer<'a, W> {
     /// One estimate of the change of the radiance a real surface sends out, all strategies used; those that are not used every
-    /// time as often as `thinned` asks for.
-    pub(super) fn delta(&self, hit: &RealHit, bounces: u32, thinned: Thinned, walk: &mut Walk) -> Vec3 {
-        let Thinned { boost, share, .. } = thinned;
+    /// time `boost` times as often as usual.
+    pub(super) fn delta(&self, hit: &RealHit, bounces: u32, boost: f32, walk: &mut Walk) -> Vec3 {
         // Light samples that meet no bounds take no ray, so that some more cost little; those that do are rare, and bright.
         let lights = boost.sqrt() as u32;
-        self.delta_at(hit, bounces, Effort { share, least: LEAST_EFFORT, boost, lights }, walk)
+        self.delta_at(hit, bounces, Effort { share: 1.0, least: LEAST_EFFORT, boost, lights }, walk)
     }
 
     /// Whether changed surfaces change one another.
@@ -173,9 +180,9 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         bounces >= 2 && self.params.second_order && self.world.sees_itself()
     }
 
-    /// The same with about one ray, for points that only colour a path's end; `lights` samples of the light.
-    pub(crate) fn delta_once(&self, hit: &RealHit, bounces: u32, lights: u32, walk: &mut Walk) -> Vec3 {
-        self.delta_at(hit, bounces, Effort { share: 0.5, least: LEAST_EFFORT_ONCE, boost: 1.0, lights }, walk)
+    /// The same with about one ray, for points that only colour a path's end.
+    pub(crate) fn delta_once(&self, hit: &RealHit, bounces: u32, walk: &mut Walk) -> Vec3 {
+        self.delta_at(hit, bounces, OF_A_PATHS_END, walk)
     }
 
     fn delta_at(&self, hit: &RealHit, bounces: u32, effort: Effort, walk: &mut Walk) -> Vec3 {
@@ -299,7 +306,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
             // A real surface lies first, or nothing does.
             return match &behind {
                 Some(real) if second_order => {
-                    self.delta_once(real, point.bounces - 1, SECOND_ORDER_LIGHTS, walk)
+                    self.delta_at(real, point.bounces - 1, OF_ANOTHER, walk)
                         * (cos / (point.cosine_rate * point.cosine_pdf(d, cos)))
                 }
                 _ => Vec3::ZERO,

@@ -96,7 +96,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                         && bounces > 1
                         && self.params.second_order
                     {
-                        mixed += s.weight * self.delta_once(next, bounces - 1, 1, walk);
+                        mixed += s.weight * self.delta_once(next, bounces - 1, walk);
                     }
                 }
             }

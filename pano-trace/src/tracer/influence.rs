@@ -6,8 +6,9 @@
 //!   takes all the light of its shadow;
 //! - the form factor of the objects' surroundings, which are changed and change others (second order).
 //!
-//! The standard deviation of a sample is in proportion to that share, and the number of samples goes with its square: every pixel
-//! is left with about the same noise. As the number is settled before the first sample, no mean is biased by it.
+//! The standard deviation of a sample is in proportion to that share (about half of it: what is looked for is found or not), and the
+//! number of samples goes with its square: every pixel is left with about the same noise. As the number is settled before the first
+//! sample, no mean is biased by it.
 
 use super::delta::Aim;
 use super::{First, Mis, Tracer, around};
@@ -20,9 +21,6 @@ use glam::{Vec2, Vec3};
 const LIGHTS_A_ROOT: f32 = 16.0;
 /// …and at most.
 const MOST_LIGHTS: u32 = 128;
-/// How much light behind the bounds counts: it is found or not, and deviates by up to half of the whole; what is looked for in the
-/// bounds deviates by half of the share, as they are about half filled.
-pub(super) const BEHIND: f32 = 2.0;
 /// What the root of the form factor counts where objects mirror or refract: their light is found or not as well, at any distance.
 pub(super) const SPIKY: f32 = 2.0;
 /// The fewest samples of a pixel are this part of the frame's: at 2048 samples, one.
@@ -129,7 +127,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let behind = lights.behind(&aim, x, hit.normal) - aim.form_factor;
         let spiky = self.objects.gloss() || self.objects.transmit();
         let found = if spiky { SPIKY * aim.form_factor.sqrt() } else { aim.form_factor };
-        let mut share = found.max(BEHIND * behind);
+        let mut share = found.max(behind);
         if second_order {
             share = share.max(SECOND_ORDER_SHARE * Aim::new(self.objects.surroundings(), x, hit.normal).form_factor);
         }
@@ -171,7 +169,7 @@ pub(super) struct Thinned {
     pub(super) samples: u32,
     /// How many of the frame's samples each stands for.
     pub(super) boost: f32,
-    /// How often each looks for changes, (0, 1].
+    /// How many of these look for changes, as a share, (0, 1]; the others count as none.
     pub(super) share: f32,
 }
 
@@ -182,6 +180,12 @@ impl Thinned {
         let samples = (wanted.ceil() as u32).max(least);
         let share = (wanted / (ALWAYS * samples.max(1) as f32)).clamp(LEAST_SHARE, 1.0);
         Self { samples, boost: all as f32 / samples.max(1) as f32, share }
+    }
+
+    /// The same where each of `all` has to tell whether it shows an object: those of real surfaces look for changes less often.
+    pub(super) fn shared(all: u32, thinning: u32) -> Self {
+        let share = (1.0 / thinning as f32).max(LEAST_SHARE);
+        Self { samples: all, boost: 1.0 / share, share }
     }
 }
 
@@ -215,6 +219,10 @@ mod tests {
         assert_eq!(thinned(64, 4, 16), (16, 4.0, 1.0));
         assert_eq!(thinned(64, 32, 16), (16, 4.0, 0.5));
         assert_eq!(thinned(64, NO_SAMPLES, 0).0, 0);
+        let shared = |thinning| Thinned::shared(64, thinning);
+        assert_eq!(shared(1), Thinned { samples: 64, boost: 1.0, share: 1.0 });
+        assert_eq!(shared(4), Thinned { samples: 64, boost: 4.0, share: 0.25 });
+        assert_eq!(shared(2048).share, LEAST_SHARE);
     }
 
     proptest! {

@@ -109,7 +109,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                     if let Some(radiance) = hit.radiance {
                         light += throughput * radiance * weight(self, &first);
                         if scene == Scene::Mixed && remaining > 0 && self.params.second_order {
-                            light += throughput * self.delta_once(hit, remaining, 1, walk);
+                            light += throughput * self.delta_once(hit, remaining, walk);
                         }
                         break;
                     }

@@ -6,7 +6,7 @@ use super::path::{First, Scene};
 use super::{Method, TraceParams, Tracer, Walk};
 use crate::bvh::Ray;
 use crate::objects::{Beam, Objects};
-use crate::world::RealWorld;
+use crate::world::{RealHit, RealWorld};
 use glam::{UVec2, Vec2, Vec3};
 use pano_core::camera::{Camera, Projection};
 use pano_core::{image::Image, layers::TracedLayers, progress::Progress, random::Sampler, random::Stream};
@@ -70,7 +70,10 @@ pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, 
         let index = at.y as usize * camera.width + at.x as usize;
         // Where noise is to be measured, there are enough samples for that.
         let least = if params.error_target.is_some() { adaptive::PILOT.min(params.samples) } else { 0 };
-        let thinned = Thinned::new(params.samples, thinning[index], least);
+        let thinned = match begun[index].scene {
+            Scene::Mixed => Thinned::shared(params.samples, thinning[index]),
+            Scene::Real => Thinned::new(params.samples, thinning[index], least),
+        };
         let mut pixel = Started { begun: begun[index], thinned, ..Started::default() };
         let first = if params.error_target.is_some() { least } else { thinned.samples };
         tracer.sample_until(frame, at, first, &mut pixel);
@@ -190,31 +193,22 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         let (guides, center) = self.guides(frame, corner + 0.5);
         // Where no object's bounds reach, no ray looks for one.
         let scene = if self.may_see_objects(frame.camera, corner) { Scene::Mixed } else { Scene::Real };
-        let all = scene == Scene::Mixed || self.params.everywhere;
         let thinning = match self.params.method {
-            _ if all => 1,
+            _ if self.params.everywhere => 1,
             Method::Dpt if self.params.samples == 1 => 1,
             Method::Dpt => self.thinning(&center, frame.camera.direction(corner + 0.5), lights),
             // Changes no real surface.
-            Method::Ibl => NO_SAMPLES,
-            Method::OnePass | Method::TwoPass => 1,
+            Method::Ibl if scene == Scene::Real => NO_SAMPLES,
+            Method::Ibl | Method::OnePass | Method::TwoPass => 1,
         };
         Begun { guides, scene, thinning }
     }
 
     /// Takes samples until the pixel has `until` of them.
     fn sample_until(&self, frame: &Frame<'_>, at: UVec2, until: u32, pixel: &mut Started) {
-        let corner = Vec2::new(at.x as f32, at.y as f32);
         for index in pixel.samples..until {
             let mut walk = Walk { sampler: Sampler::new(at, index, frame.stream), rays: 0 };
-            let [jx, jy, pick, _] = walk.sampler.next_4d();
-            let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + Vec2::new(jx, jy)));
-            let first = self.first(&ray, pixel.begun.scene, &mut walk);
-            let first = match first {
-                First::Real(hit) => First::Real(self.world.shown_surface(hit, ray.direction, pick)),
-                first => first,
-            };
-            let (into_object, value) = self.sample(&ray, first, pixel.thinned, &mut walk);
+            let (into_object, value) = self.sample(frame, at, pixel, &mut walk);
             pixel.rays += walk.rays;
             pixel.covered += u32::from(into_object);
             let value = if value.is_finite() {
@@ -261,35 +255,52 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         self.objects.may_be_in(&Beam { origin: camera.position, axis, spread })
     }
 
-    /// Whether the sample shows an object, and its radiance or the change of the real surface it shows.
-    fn sample(&self, ray: &Ray, first: First, thinned: Thinned, walk: &mut Walk) -> (bool, Vec3) {
-        let bounces = self.params.bounces;
-        match (first, self.params.method) {
-            (First::Infinity, _) => (false, Vec3::ZERO),
-            (First::Object(hit), Method::Ibl) => (true, self.image_based(ray, &hit, walk)),
-            (First::Object(_), method) => {
-                let radiance = self.radiance(*ray, first, None, bounces, Scene::Mixed, walk);
-                if method == Method::TwoPass {
+    /// Whether a sample shows an object, and its radiance or the change of the real surface it shows.
+    fn sample(&self, frame: &Frame<'_>, at: UVec2, pixel: &Started, walk: &mut Walk) -> (bool, Vec3) {
+        let nothing = (false, Vec3::ZERO);
+        let Thinned { boost, share, .. } = pixel.thinned;
+        let [jx, jy, pick, look] = walk.sampler.next_4d();
+        if look >= share && pixel.begun.scene == Scene::Real {
+            return nothing;
+        }
+        let corner = Vec2::new(at.x as f32, at.y as f32);
+        let ray = Ray::new(frame.camera.position, frame.camera.direction(corner + Vec2::new(jx, jy)));
+        let first = self.first(&ray, pixel.begun.scene, walk);
+        match first {
+            First::Infinity => nothing,
+            First::Object(hit) if self.params.method == Method::Ibl => (true, self.image_based(&ray, &hit, walk)),
+            First::Object(_) => {
+                let bounces = self.params.bounces;
+                let radiance = self.radiance(ray, first, None, bounces, Scene::Mixed, walk);
+                if self.params.method == Method::TwoPass {
                     // The second pass renders the real scene everywhere; here nothing of it is used.
-                    if let Some(hit) = self.world.hit(ray) {
+                    if let Some(hit) = self.world.hit(&ray) {
                         self.outgoing(&hit, bounces, Scene::Real, walk);
                     }
                 }
                 (true, radiance)
             }
-            (First::Real(hit), method) => {
-                let change = match method {
-                    Method::Dpt => self.delta(&hit, bounces, thinned, walk),
-                    Method::OnePass => {
-                        let (mixed, real) = self.one_pass(&hit, bounces, walk);
-                        mixed - real
-                    }
-                    Method::TwoPass => self.two_pass(&hit, bounces, walk),
-                    Method::Ibl => return (false, Vec3::ZERO),
-                };
-                (false, change + self.mirror_change(&hit, ray.direction, bounces, walk))
+            First::Real(_) if look >= share => nothing,
+            First::Real(hit) => {
+                let hit = self.world.shown_surface(hit, ray.direction, pick);
+                (false, self.change(&hit, ray.direction, boost, walk) / share)
             }
         }
+    }
+
+    /// The change of the real surface that a sample shows.
+    fn change(&self, hit: &RealHit, direction: Vec3, boost: f32, walk: &mut Walk) -> Vec3 {
+        let bounces = self.params.bounces;
+        let change = match self.params.method {
+            Method::Dpt => self.delta(hit, bounces, boost, walk),
+            Method::OnePass => {
+                let (mixed, real) = self.one_pass(hit, bounces, walk);
+                mixed - real
+            }
+            Method::TwoPass => self.two_pass(hit, bounces, walk),
+            Method::Ibl => return Vec3::ZERO,
+        };
+        change + self.mirror_change(hit, direction, bounces, walk)
     }
 
     /// What filters are guided by, and what is there, at the pixel's centre.

@@ -139,7 +139,7 @@ fn thinning_of(hit: RealHit, matter: Matter, direction: vec3f) -> u32 {
     }
     let spiky = GLOSS || BODIES;
     let found = select(aim.form_factor, SPIKY * sqrt(aim.form_factor), spiky);
-    var share = max(found, BEHIND * (light_behind(&aim, x, hit.normal) - aim.form_factor));
+    var share = max(found, light_behind(&aim, x, hit.normal) - aim.form_factor);
     if second_order {
         share = max(share, SECOND_ORDER_SHARE * aim_at(x, hit.normal, SURROUNDINGS).form_factor);
     }

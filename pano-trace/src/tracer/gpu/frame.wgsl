@@ -39,15 +39,13 @@ fn begin_pixel(texel: vec2i, guides: Guides) {
     var started: Started;
     started.pixel = guides.pixel;
     started.mixed = select(0u, 1u, may_see_objects(vec2f(texel)));
-    started.most = MOST_THINNING;
-    if guides.real.exists {
+    if EVERYWHERE || METHOD != DPT || params.samples == 1u {
+        started.most = select(1u, NO_SAMPLES, !EVERYWHERE && METHOD == IBL && started.mixed == 0u);
+    } else if guides.real.exists {
         started.most = thinning_of(guides.real, guides.matter, camera_direction(vec2f(texel) + 0.5));
-    }
-    if METHOD == IBL {
-        started.most = NO_SAMPLES;
-    }
-    if started.mixed == 1u || METHOD == ONE_PASS || METHOD == TWO_PASS || EVERYWHERE || (METHOD == DPT && params.samples == 1u) {
-        started.most = 1u;
+    } else {
+        // An object, or infinity.
+        started.most = select(1u, MOST_THINNING, guides.pixel.depth < 0.0);
     }
     pixels[index_of(params.rows, texel)] = started;
 }

@@ -13,7 +13,7 @@ mod wave;
 pub use wave::{GpuHit, SHADER as WAVE, captured_hits, render_captured};
 
 use super::delta::{AROUND, FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE};
-use super::delta::{SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
+use super::delta::{PATHS_END_SHARE, SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
 use super::influence::{self, Thinned, least_of_neighbours};
 use super::path::ROULETTE_FROM;
 use super::{Frame, Lights, Method, Mis, Pixel, TraceParams, Traced, layers};
@@ -71,8 +71,8 @@ const AIM: Piece = Piece {
             Constant::f32("LEAST_EFFORT_ONCE", LEAST_EFFORT_ONCE),
             Constant::f32("SECOND_ORDER_EFFORT", SECOND_ORDER_EFFORT),
             Constant::u32("SECOND_ORDER_LIGHTS", SECOND_ORDER_LIGHTS),
+            Constant::f32("PATHS_END_SHARE", PATHS_END_SHARE),
             Constant::f32("AROUND", AROUND),
-            Constant::f32("BEHIND", influence::BEHIND),
             Constant::f32("SPIKY", influence::SPIKY),
             Constant::u32("MOST_THINNING", influence::MOST_THINNING),
             Constant::u32("NO_SAMPLES", influence::NO_SAMPLES),
@@ -250,7 +250,10 @@ fn settle(pixels: &mut [Started], camera: &Camera, samples: u32) {
     let wrap = camera.projection == Projection::Panorama;
     let thinning: Vec<u32> = pixels.iter().map(|p| p.most).collect();
     for (pixel, thinning) in pixels.iter_mut().zip(least_of_neighbours(&thinning, camera.width, wrap)) {
-        let Thinned { samples, boost, share } = Thinned::new(samples, thinning, 0);
+        let Thinned { samples, boost, share } = match pixel.mixed {
+            0 => Thinned::new(samples, thinning, 0),
+            _ => Thinned::shared(samples, thinning),
+        };
         (pixel.most, pixel.boost, pixel.share) = (samples, boost, share);
     }
 }

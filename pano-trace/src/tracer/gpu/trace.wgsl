@@ -73,11 +73,10 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     pixel = started.pixel;
     last = min(params.end, started.most);
     number = params.begin;
-    if number >= last {
+    point.stage = 3u;
+    if !begin_sample() {
         return;
     }
-    point.stage = 3u;
-    begin_sample();
     while turn(answer_of(question())) {
     }
     pixels[index].pixel = pixel;

@@ -36,14 +36,23 @@ fn send(what_for: u32, origin: vec3f, direction: vec3f) {
     ray = Quest(origin, NEVER, direction, 0u, vec3f(0.0), AT_ANYTHING);
 }
 
-fn begin_sample() {
-    numbers = sampler_of(vec2u(texel), number, params.view.stream.x, params.view.stream.y);
+// Begins the next sample that can find something; false if there is none.
+fn begin_sample() -> bool {
     total = vec3f(0.0);
     shows_object = false;
-    let jitter = draw();
-    send(CAMERA, params.view.position, camera_direction(vec2f(texel) + jitter.xy));
-    ray.goal.x = jitter.z;
     path.mixed = started.mixed;
+    while number < last {
+        numbers = sampler_of(vec2u(texel), number, params.view.stream.x, params.view.stream.y);
+        let drawn = draw();
+        let looks = drawn.w < started.share;
+        if looks || started.mixed == 1u {
+            send(CAMERA, params.view.position, camera_direction(vec2f(texel) + drawn.xy));
+            ray.goal = vec3f(drawn.z, select(0.0, 1.0, looks), 0.0);
+            return true;
+        }
+        number += 1u;
+    }
+    return false;
 }
 
 // Adds what the sample came to; false if it was the last one.
@@ -56,11 +65,7 @@ fn end_sample() -> bool {
     }
     pixel.covered += select(0u, 1u, shows_object);
     number += 1u;
-    if number >= last {
-        return false;
-    }
-    begin_sample();
-    return true;
+    return begin_sample();
 }
 
 // What is asked of the ray in hand.
@@ -116,7 +121,7 @@ fn second_pass() -> Path {
 
 // The effort for the change of what the camera sees.
 fn seen_effort() -> Effort {
-    return Effort(started.share, LEAST_EFFORT, started.boost, u32(sqrt(started.boost)));
+    return Effort(1.0, LEAST_EFFORT, started.boost, u32(sqrt(started.boost)));
 }
 
 // Adds what the answer comes to, and says what is to be done.
@@ -130,8 +135,9 @@ fn reckon(answer: Answer, first: ptr<function, First>, effort: ptr<function, Eff
                 path = path_of(vec3f(1.0), params.bounces, true);
                 return AT_VERTEX;
             }
-            if what == REAL && METHOD != IBL {
-                path = path_of(vec3f(1.0), params.bounces, true);
+            let looks = ray.goal.y > 0.0;
+            if what == REAL && METHOD != IBL && looks {
+                path = path_of(vec3f(1.0 / started.share), params.bounces, true);
                 if METHOD == DPT {
                     *effort = seen_effort();
                     return AT_POINT;
@@ -189,7 +195,7 @@ fn reckon(answer: Answer, first: ptr<function, First>, effort: ptr<function, Eff
         }
         case REFLECTED: {
             let bright = luminance(answer.light);
-            let share = mirror.beyond / bright;
+            let share = mirror.beyond / (bright * started.share);
             let shows = CAPTURED && what == OBJECT && bright >= mirror.beyond;
             mirror.beyond = 0.0;
             if shows {
@@ -232,7 +238,7 @@ fn reckon_change(answer: Answer, first: ptr<function, First>, effort: ptr<functi
     if (*first).what == REAL && point.stage == 3u && has_second_order() {
         let density = point.cosine_rate * cosine_pdf(ray.direction, cosine);
         path = path_of(point.scale * (cosine / density), point.bounces - 1u, true);
-        *effort = once(SECOND_ORDER_LIGHTS);
+        *effort = of_another();
         return AT_POINT;
     }
     return NEXT_STRATEGY;
@@ -256,7 +262,7 @@ fn reckon_pair(answer: Answer, first: ptr<function, First>, effort: ptr<function
     }
     if METHOD == ONE_PASS && (*first).what == REAL && bounces > 0u {
         path = path_of(path.outer, bounces, true);
-        *effort = once(1u);
+        *effort = of_a_paths_end();
         return select(select(AT_PAIR, AT_POINT, CAPTURED), FINISHED, CAPTURED && !SECOND_ORDER);
     }
     return FINISHED;
@@ -267,7 +273,7 @@ fn end_path(answer: Answer, first: First, weight: f32, effort: ptr<function, Eff
     total += path.outer * path.throughput * answer.light * weight;
     if CAPTURED && SECOND_ORDER && first.what == REAL && path.mixed == 1u && path.remaining > 0u {
         path.outer *= path.throughput;
-        *effort = once(1u);
+        *effort = of_a_paths_end();
         return AT_POINT;
     }
     return FINISHED;
@@ -284,7 +290,7 @@ fn turn(answer: Answer) -> bool {
     }
     count_rays(answer);
     let was = job;
-    var effort = once(1u);
+    var effort = of_a_paths_end();
     var then = reckon(answer, &first, &effort);
     job = IDLE;
     if then == GO_ON {

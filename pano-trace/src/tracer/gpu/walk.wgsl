@@ -45,7 +45,7 @@ struct Quest {
     direction: vec3f,
     // ASKS and bits of the ones below; 0 for no question.
     asks: u32,
-    // Of a light sample; `goal.x` of a camera ray is the number that picks one of the texels it shows.
+    // Of a light sample; of a camera ray the number that picks one of the texels it shows, and whether changes are looked for.
     goal: vec3f,
     aimed: u32,
 }
@@ -148,9 +148,14 @@ fn path_of(outer: vec3f, bounces: u32, mixed: bool) -> Path {
     return Path(outer, -1.0, vec3f(1.0), bounces, 0, select(0u, 1u, mixed));
 }
 
-// What ends a path's way counts for the change of another.
-fn once(lights: u32) -> Effort {
-    return Effort(0.5, LEAST_EFFORT_ONCE, 1.0, lights);
+// Of points that only colour a path's end.
+fn of_a_paths_end() -> Effort {
+    return Effort(PATHS_END_SHARE, LEAST_EFFORT_ONCE, 1.0, 1u);
+}
+
+// Of points that change another.
+fn of_another() -> Effort {
+    return Effort(1.0, LEAST_EFFORT_ONCE, 1.0, SECOND_ORDER_LIGHTS);
 }
 
 fn balance(mine: f32, other: f32) -> f32 {

@@ -38,9 +38,8 @@ const INFLUENCE: f32 = 1e-2;
 
 impl IrradianceMap {
     /// A coarse map, in which back faces are as bright as the map tells that `world` already has.
-    pub(super) fn coarse(world: &CapturedWorld, options: &CapturedOptions, progress: &dyn Progress) -> Option<Self> {
-        let width = (options.irradiance_width / REFINEMENT).max(2);
-        let coarse = measure_grid(world, width, options.irradiance_samples, progress, |_| true)?;
+    pub(super) fn coarse(world: &CapturedWorld, width: usize, samples: u32, progress: &dyn Progress) -> Option<Self> {
+        let coarse = measure_grid(world, (width / REFINEMENT).max(2), samples, progress, |_| true)?;
         Some(Self { coarse, fine: Image::filled(2, 1, Texel::default()) })
     }
 

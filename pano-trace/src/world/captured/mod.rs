@@ -55,6 +55,8 @@ const SEEN: u32 = 0;
 const HIDDEN_SIDE: u32 = 1;
 /// Columns of the table that light is sampled from; finer ones miss the cache and gain nothing measurable.
 const LIGHT_TABLE_WIDTH: usize = 512;
+/// The map of irradiance that only back faces are read from has one in this many of its samples.
+const FIRST_MAP: u32 = 4;
 /// Rays that start nearer than this to the capture point are the panorama's own; metres.
 pub(super) const AT_CAPTURE: f32 = 1e-4;
 /// How far above its surface a ray starts, as a share of the distance to the capture point. The surface meets itself
@@ -117,12 +119,13 @@ impl CapturedWorld {
             hidden_samples: options.hidden_samples,
         };
         if options.irradiance_width > 0 {
-            let coarse = |world: &Self| IrradianceMap::coarse(world, options, progress);
+            let coarse = |world: &Self, samples| IrradianceMap::coarse(world, options.irradiance_width, samples, progress);
+            let samples = options.irradiance_samples;
             if options.field.back_faces {
-                // What back faces send out needs a map, and the map needs them.
-                world.irradiance = Some(coarse(&world)?);
+                // What back faces send out needs a map, and the map needs them: of the first little is left in the second.
+                world.irradiance = Some(coarse(&world, samples.div_ceil(FIRST_MAP))?);
             }
-            world.irradiance = Some(coarse(&world)?.refined(&world, objects, options, progress)?);
+            world.irradiance = Some(coarse(&world, samples)?.refined(&world, objects, options, progress)?);
         }
         Some(world)
     }

@@ -265,9 +265,8 @@ fn begin(@builtin(global_invocation_id) id: vec3u) {
     lane = index_of(params.rows, texel);
     started = pixels[lane];
     point.stage = 3u;
-    if started.most > 0u {
-        begin_sample();
-    }
+    last = started.most;
+    begin_sample();
     put_lane();
 }
 
