@@ -1,7 +1,7 @@
 //! The passes on the CPU, rayon over rows. Sums are `f64`, so that no finite input overflows.
 
 use super::{Guides, Params};
-use crate::surfaces::{Surfaces, weight_of};
+use crate::surfaces::Surfaces;
 use crate::{Energy, bright, to_f32, to_vec3};
 use glam::{DVec3, Vec3};
 use pano_core::image::Image;
@@ -60,7 +60,7 @@ pub(super) fn filter(
 }
 
 /// One pass with taps `step` pixels apart.
-fn pass(params: &Params, surfaces: &Surfaces, pixels: &[Pixel], width: usize, step: isize) -> Vec<Pixel> {
+fn pass(params: &Params, surfaces: &Surfaces<'_>, pixels: &[Pixel], width: usize, step: isize) -> Vec<Pixel> {
     let mut out = pixels.to_vec();
     out.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
@@ -74,7 +74,7 @@ fn pass(params: &Params, surfaces: &Surfaces, pixels: &[Pixel], width: usize, st
 
 fn average(
     params: &Params,
-    surfaces: &Surfaces,
+    surfaces: &Surfaces<'_>,
     pixels: &[Pixel],
     (x, y): (usize, usize),
     p: usize,
@@ -105,7 +105,7 @@ fn average(
         used += 1;
         // Variances are noisy themselves: a 3×3 mean over the same surface.
         if dx.abs() <= 1 && dy.abs() <= 1 {
-            let weight = weight * weight_of(guide);
+            let weight = weight * (-guide).exp();
             spread += pixels[place.index].variance * weight;
             count += weight;
         }
@@ -117,7 +117,7 @@ fn average(
         let tap = pixels[q];
         let exponent = guide + (tap.luminance - center.luminance).abs() / scale;
         // A larger share of the pixel is a better known value.
-        let weight = if exponent < NOTHING { weight * tap.share * weight_of(exponent) } else { 0.0 };
+        let weight = if exponent < NOTHING { weight * tap.share * (-exponent).exp() } else { 0.0 };
         if weight > 0.0 {
             sum += tap.value * weight;
             weights += weight;

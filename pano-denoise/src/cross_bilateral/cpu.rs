@@ -3,7 +3,7 @@
 //! Sums and weights are `f64`, so that no finite input overflows.
 
 use super::{Energy, Guides, Params};
-use crate::surfaces::{Place, Surfaces, weight_of};
+use crate::surfaces::{Place, Surfaces};
 use crate::{to_f32, to_vec3};
 use glam::{DVec3, Vec3};
 use pano_core::image::Image;
@@ -34,7 +34,7 @@ struct Frame<'a> {
     source: &'a [Vec3],
     /// Share of the pixel, 0 where it is no tap.
     share: Vec<f32>,
-    surfaces: Surfaces,
+    surfaces: Surfaces<'a>,
     width: usize,
 }
 
@@ -116,7 +116,7 @@ impl Frame<'_> {
         let (mut sum, mut shares) = (self.source[p].as_dvec3(), f64::from(self.share[p]));
         let values = NEIGHBOURS.map(|(dx, dy)| {
             let q = self.place(x, y, dx, dy)?;
-            let weight = weight_of(self.guide_exponent(p, q, dx, dy));
+            let weight = (-self.guide_exponent(p, q, dx, dy)).exp();
             if weight > 0.0 {
                 sum += self.source[q.index].as_dvec3() * weight;
                 shares += f64::from(self.share[q.index]) * weight;
@@ -142,7 +142,7 @@ impl Frame<'_> {
             let (dx, dy) = (i as isize % side - RADIUS, i as isize / side - RADIUS);
             let Some(q) = self.place(x, y, dx, dy) else { continue };
             *tap = (q.index, self.guide_exponent(p, q, dx, dy));
-            let weight = weight_of(tap.1);
+            let weight = (-tap.1).exp();
             for (n, &r) in noise.iter_mut().zip(&local[q.index].residual) {
                 if weight > 0.0 && !r.is_nan() {
                     *n = (n.0 + weight * f64::from(r).powi(2), n.1 + weight);
@@ -167,7 +167,7 @@ impl Frame<'_> {
                 let raw = ratio((self.value(q) - centre).length_squared(), 2.0 * spread);
                 exponent += 0.5 * apart + 0.5 * (raw - OUTLIER * OUTLIER).max(0.0);
             }
-            let weight = weight_of(exponent);
+            let weight = (-exponent).exp();
             if weight > 0.0 {
                 others = true;
                 sum += self.source[q].as_dvec3() * weight;

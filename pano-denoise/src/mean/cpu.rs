@@ -1,7 +1,7 @@
 //! The filter on the CPU: a window about each pixel of a penumbra, rayon over rows.
 
 use super::{Params, Report, Signal};
-use crate::surfaces::{Surfaces, weight_of};
+use crate::surfaces::Surfaces;
 use crate::{Energy, to_vec3};
 use glam::{BVec3, DVec3, Vec3};
 use pano_core::image::{Image, RadianceImage};
@@ -36,7 +36,13 @@ impl Signal<'_> {
     }
 }
 
-fn averaged(params: &Params, penumbra: &Image<bool>, surfaces: &Surfaces, albedo: &[Vec3], signal: &Signal<'_>) -> Image<Vec3> {
+fn averaged(
+    params: &Params,
+    penumbra: &Image<bool>,
+    surfaces: &Surfaces<'_>,
+    albedo: &[Vec3],
+    signal: &Signal<'_>,
+) -> Image<Vec3> {
     let (width, height) = penumbra.size();
     let radius = params.radius as isize;
     let mut out = Image::filled(width, height, Vec3::ZERO);
@@ -56,7 +62,7 @@ fn averaged(params: &Params, penumbra: &Image<bool>, surfaces: &Surfaces, albedo
                 let (tapped, share) = (signal.values[tap.index], signal.share[tap.index]);
                 let painted = (albedo[here] - albedo[tap.index]).as_dvec3().length() / f64::from(params.sigma_albedo);
                 let exponent = surfaces.exponent(here, tap, dx, dy, params.sigma_depth, params.sigma_normal);
-                let weight = weight_of(exponent + 0.5 * painted * painted);
+                let weight = (-exponent - 0.5 * painted * painted).exp();
                 if weight.is_nan() {
                     continue;
                 }

@@ -29,22 +29,19 @@ struct Slope {
 
 /// The surfaces of a frame.
 #[derive(Debug)]
-pub(crate) struct Surfaces {
+pub(crate) struct Surfaces<'a> {
     slope: Vec<Slope>,
-    /// Of unit length; zero where there is none, NaN where it is not finite.
-    normal: Vec<Vec3>,
+    normal: &'a [Vec3],
     width: usize,
     height: usize,
     wrap: bool,
 }
 
-impl Surfaces {
+impl<'a> Surfaces<'a> {
     /// From pictures of one size; `wrap`: a whole panorama.
-    pub(crate) fn new(depth: &Image<f32>, normal: &Image<Vec3>, wrap: bool) -> Self {
+    pub(crate) fn new(depth: &Image<f32>, normal: &'a Image<Vec3>, wrap: bool) -> Self {
         let (width, height) = depth.size();
-        let unit = |n: &Vec3| if *n == Vec3::ZERO { Vec3::ZERO } else { n.as_dvec3().normalize().as_vec3() };
-        let normal = normal.data().par_iter().map(unit).collect();
-        let mut surfaces = Self { slope: Vec::new(), normal, width, height, wrap };
+        let mut surfaces = Self { slope: Vec::new(), normal: normal.data(), width, height, wrap };
         surfaces.slope = surfaces.slopes(depth.data());
         surfaces
     }
@@ -110,23 +107,14 @@ impl Surfaces {
             let residual = forward.abs().max(backward.abs()) / f64::from(nearer);
             exponent += 0.5 * (residual / f64::from(sigma_depth)).powi(2);
         }
-        let (n, m) = (self.normal[p], self.normal[q.index]);
-        if n == m {
-            return exponent;
-        }
-        let cos = n.dot(m);
-        if n != Vec3::ZERO && m != Vec3::ZERO && !cos.is_nan() {
+        let (n, m) = (self.normal[p].as_dvec3(), self.normal[q.index].as_dvec3());
+        let lengths = n.length() * m.length();
+        if lengths > 0.0 {
             // 1 − cos φ ≈ φ²/2.
-            exponent += f64::from((1.0 - cos).max(0.0)) / f64::from(sigma_normal).powi(2);
-        } else if sigma_normal.is_finite() {
+            exponent += (1.0 - n.dot(m) / lengths).max(0.0) / f64::from(sigma_normal).powi(2);
+        } else if n != m && sigma_normal.is_finite() {
             return f64::INFINITY;
         }
         exponent
     }
-}
-
-/// e to the power of −`exponent`, as exact as `f32`, in which a power takes half the time.
-#[inline]
-pub(crate) fn weight_of(exponent: f64) -> f64 {
-    f64::from((-exponent as f32).exp())
 }
