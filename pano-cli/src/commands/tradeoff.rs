@@ -39,6 +39,7 @@ struct Report<'a> {
     default: &'a Row,
     default_beaten_by: Option<&'a Row>,
     rising: &'a [String],
+    untouched: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -64,7 +65,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     output::message(&format!("see {}", folder.path().join("index.html").display()));
     if args.json {
         let choices = BUDGETS_MS.iter().map(|&ms| BudgetChoice { budget_ms: ms, choice: affordable(&front, ms) }).collect();
-        let Verdict { default, beaten_by, rising } = &found.verdict;
+        let Verdict { default, beaten_by, rising, untouched } = &found.verdict;
         return output::print_json(&Report {
             truth: &found.truth.origin,
             truth_error: found.truth.error,
@@ -73,6 +74,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             default,
             default_beaten_by: beaten_by.as_ref(),
             rising,
+            untouched: *untouched,
         });
     }
     let sure = found.truth.error.map_or(String::new(), |e| format!(", own error {e:.4}"));

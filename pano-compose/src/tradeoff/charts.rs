@@ -19,8 +19,8 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(90, 90, 90),
 ];
 
-/// Error against time of every combination, a colour a method, with the front as a line.
-pub(super) fn error_against_time(rows: &[Row]) -> Result<String> {
+/// Error against time of every combination, a colour a method, with the front as a line; a thin one at the `untouched` photo's error.
+pub(super) fn error_against_time(rows: &[Row], untouched: f64) -> Result<String> {
     let rows: Vec<Row> = rows.iter().filter(|r| r.series == COMBINATION).cloned().collect();
     let front: Vec<(f64, f64)> = front(&rows).iter().map(|r| (r.ms, r.error)).collect();
     let mut methods: Vec<&str> = Vec::new();
@@ -47,6 +47,13 @@ pub(super) fn error_against_time(rows: &[Row]) -> Result<String> {
             .draw_series(LineSeries::new(front.iter().copied(), BLACK.stroke_width(2)))?
             .label("front")
             .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], BLACK.stroke_width(2)));
+        if (y.0..y.1).contains(&untouched) {
+            let line = LineSeries::new([(x.0, untouched), (x.1, untouched)], BLACK.mix(0.5).stroke_width(1));
+            chart
+                .draw_series(line)?
+                .label("the photo without objects")
+                .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], BLACK.mix(0.5).stroke_width(1)));
+        }
         for (i, method) in methods.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
             let of_method = || rows.iter().filter(|r| r.method == *method);

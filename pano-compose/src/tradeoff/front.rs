@@ -31,20 +31,25 @@ pub struct Verdict {
     /// What is faster and more accurate than the defaults, beyond what clock and error bars leave open; `None`: they lie on the
     /// front.
     pub beaten_by: Option<Row>,
-    /// Combinations whose error rises beyond its error bars from one number of samples to a larger one: options of the larger.
+    /// Combinations whose error rises beyond its error bars from one number of samples to a larger one: options of the larger. Those
+    /// that are farther off than [`Self::untouched`] with either are left out: such noise is clipped to black and white, and error does
+    /// not tell more of it from less.
     pub rising: Vec<String>,
+    /// The error of the photo as it is, without objects: what is not nearer to the truth is worth no time.
+    pub untouched: f64,
 }
 
 impl Verdict {
-    pub(super) fn new(default: Row, rows: &[Row]) -> Self {
+    pub(super) fn new(default: Row, rows: &[Row], untouched: f64) -> Self {
         let combined: Vec<&Row> = rows.iter().filter(|r| r.series == super::COMBINATION).collect();
         let beats = |r: &&&Row| r.ms < (1.0 - CLOCK) * default.ms && rises(r, &default);
         let beaten_by = combined.iter().filter(beats).min_by(|a, b| a.error.total_cmp(&b.error)).map(|&r| r.clone());
         let others = |r: &Row| r.arguments.replace(&format!("--samples {} ", r.samples), "");
         let mut curves = combined.clone();
         curves.sort_by_key(|r| (others(r), r.samples));
-        let rising = curves.windows(2).filter(|w| others(w[0]) == others(w[1]) && rises(w[0], w[1]));
-        Self { beaten_by, rising: rising.map(|w| w[1].arguments.clone()).collect(), default }
+        let clipped = |row: &Row| row.error >= untouched;
+        let rising = curves.windows(2).filter(|w| others(w[0]) == others(w[1]) && rises(w[0], w[1]) && !clipped(w[0]));
+        Self { beaten_by, rising: rising.map(|w| w[1].arguments.clone()).collect(), untouched, default }
     }
 }
 
@@ -57,9 +62,10 @@ impl std::fmt::Display for Verdict {
             Some(Row { arguments, ms, error, .. }) => write!(f, "are beaten by {arguments}: {ms:.0} ms, error {error:.4}")?,
         }
         match &self.rising[..] {
-            [] => write!(f, "; more samples never raise an error beyond its error bars"),
-            some => write!(f, "; more samples raise the error beyond its error bars up to {}", some.join(", ")),
+            [] => write!(f, "; more samples never raise an error beyond its error bars")?,
+            some => write!(f, "; more samples raise the error beyond its error bars up to {}", some.join(", "))?,
         }
+        write!(f, "; the photo without objects is off by {:.4}", self.untouched)
     }
 }
 

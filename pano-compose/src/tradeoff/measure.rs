@@ -33,6 +33,8 @@ pub(super) struct Bench<'a> {
     /// The world as it was built last.
     world: Option<Prepared>,
     judge: Option<Judge>,
+    /// Error of the photo without objects.
+    untouched: Option<f64>,
     methods: Vec<Method>,
     resolved: Method,
 }
@@ -89,6 +91,7 @@ impl<'a> Bench<'a> {
             load_ms,
             world: None,
             judge: None,
+            untouched: None,
             methods,
             resolved,
         })
@@ -165,20 +168,27 @@ impl<'a> Bench<'a> {
     pub(super) fn judge_by(&mut self, truth: &Truth) {
         let white = white_of(&truth.halves[0]);
         let halves = truth.halves.each_ref().map(|half| encoded(&exposed(half, white)));
-        self.judge = Some(Judge { white, halves, mask: None });
+        (self.judge, self.untouched) = (Some(Judge { white, halves, mask: None }), None);
     }
 
-    /// Counts only pixels in which truth and `photo` differ, if there are any.
-    fn mask_by(&mut self, photo: &RadianceImage) {
+    /// Counts only pixels in which truth and `photo` differ, if there are any; and how much they do.
+    fn mask_by(&mut self, photo: &RadianceImage) -> Result<()> {
         if let Some(judge) = &mut self.judge
-            && judge.mask.is_none()
+            && self.untouched.is_none()
         {
-            let photo = encoded(&exposed(photo, judge.white));
-            let (w, h) = photo.size();
-            let changed = |x, y| (photo.get(x, y) - judge.truth(x, y)).abs().max_element() > CHANGED;
+            let shown = encoded(&exposed(photo, judge.white));
+            let (w, h) = shown.size();
+            let changed = |x, y| (shown.get(x, y) - judge.truth(x, y)).abs().max_element() > CHANGED;
             let mask = Mask::from_fn(w, h, changed);
             judge.mask = mask.data().contains(&true).then_some(mask);
+            self.untouched = Some(self.error_of(photo)?);
         }
+        Ok(())
+    }
+
+    /// The error of the photo without objects, once a picture has been judged.
+    pub(super) fn untouched(&self) -> f64 {
+        self.untouched.unwrap_or(f64::INFINITY)
     }
 
     /// Root mean square error of display-encoded values. Against a truth of two independent halves A and B it is the root of
@@ -235,7 +245,7 @@ impl<'a> Bench<'a> {
             Frame::new(&scene, &self.inputs, &self.objects, &prepared.world, &options).render(Clock::new(), progress)?;
         let world_ms = prepared.ms;
         self.world = Some(prepared);
-        self.mask_by(&rendered.photo);
+        self.mask_by(&rendered.photo)?;
         Ok((rendered, world_ms))
     }
 

@@ -133,7 +133,7 @@ pub fn run(
             progress.advance(1);
         }
     }
-    let verdict = Verdict::new(default, record.rows());
+    let verdict = Verdict::new(default, record.rows(), bench.untouched());
     let files = page::write(folder, &mut bench, &record, &truth, &verdict, progress)?;
     Ok(Tradeoff { rows: record.into_rows(), truth, verdict, files })
 }

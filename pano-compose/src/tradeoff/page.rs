@@ -25,7 +25,7 @@ pub(super) fn write(
     };
     let combined: Vec<Row> = record.rows().iter().filter(|r| r.series == COMBINATION).cloned().collect();
     let front = front(&combined);
-    let overview = charts::error_against_time(record.rows())?;
+    let overview = charts::error_against_time(record.rows(), verdict.untouched)?;
     save("error-against-time.svg".into(), &overview)?;
     let mut curves = String::new();
     for knob in KNOBS {

@@ -55,7 +55,7 @@ fn scene(folder: &Path, extra: &str) -> (Scene, String) {
 }
 
 fn small() -> TradeoffParams {
-    TradeoffParams { repeats: 2, longest_ms: 200.0, truth_samples: 64, ..TradeoffParams::quick() }
+    TradeoffParams { repeats: 2, longest_ms: 400.0, truth_samples: 64, ..TradeoffParams::quick() }
 }
 
 #[test]
@@ -152,7 +152,8 @@ fn a_verdict_minds_clock_and_error_bars() {
         ..row(ms, error)
     };
     let default = with(64, 1000.0, 0.02, 1e-3);
-    let verdict = |other: &Row| Verdict::new(default.clone(), &[default.clone(), other.clone()]);
+    let verdict_with = |other: &Row, untouched| Verdict::new(default.clone(), &[default.clone(), other.clone()], untouched);
+    let verdict = |other: &Row| verdict_with(other, 0.1);
     let beaten = |other: &Row| verdict(other).beaten_by.is_some();
     assert!(beaten(&with(16, 900.0, 0.017, 1e-3)));
     assert!(!beaten(&with(16, 980.0, 0.017, 1e-3)), "the clock");
@@ -161,6 +162,8 @@ fn a_verdict_minds_clock_and_error_bars() {
     // Error bars of 2·√2·10⁻³.
     assert_eq!(verdict(&with(256, 4000.0, 0.0225, 1e-3)).rising, [""; 0]);
     assert_eq!(verdict(&with(256, 4000.0, 0.0235, 1e-3)).rising, ["--method dpt --samples 256 --bounces 3"]);
+    let clipped = verdict_with(&with(256, 4000.0, 0.0235, 1e-3), 0.019);
+    assert_eq!(clipped.rising, [""; 0], "both worse than the photo");
     assert_eq!(
         verdict(&Row {
             method: "ibl".into(),
