@@ -33,8 +33,6 @@ pub(super) struct Bench<'a> {
     /// The world as it was built last.
     world: Option<Prepared>,
     judge: Option<Judge>,
-    /// Error of the photo without objects.
-    untouched: Option<f64>,
     methods: Vec<Method>,
     resolved: Method,
 }
@@ -52,11 +50,31 @@ struct Judge {
     /// Their mean is the truth; the same twice for a given one.
     halves: [Image<Vec3>; 2],
     mask: Option<Mask>,
+    /// Error of the photo without objects, known with the mask.
+    untouched: Option<f64>,
 }
 
 impl Judge {
     fn truth(&self, x: usize, y: usize) -> Vec3 {
         0.5 * (self.halves[0].get(x, y) + self.halves[1].get(x, y))
+    }
+
+    /// Counts only pixels in which truth and `photo` differ, if there are any; and how much they do.
+    fn mask_by(&mut self, photo: &RadianceImage) -> Result<()> {
+        let shown = encoded(&exposed(photo, self.white));
+        let changed = |x, y| (shown.get(x, y) - self.truth(x, y)).abs().max_element() > CHANGED;
+        let mask = Mask::from_fn(shown.width(), shown.height(), changed);
+        self.mask = mask.data().contains(&true).then_some(mask);
+        self.untouched = Some(self.error_of(photo)?);
+        Ok(())
+    }
+
+    /// Root mean square error of display-encoded values. Against a truth of two independent halves A and B it is the root of
+    /// the mean of (p − A)·(p − B), in which their noise cancels: the error against what they converge to.
+    fn error_of(&self, picture: &RadianceImage) -> Result<f64> {
+        let (p, [a, b], mask) = (encoded(&exposed(picture, self.white)), &self.halves, self.mask.as_ref());
+        let mse = |a: &Image<Vec3>, b: &Image<Vec3>| metrics::mse(a, b, mask);
+        Ok((0.5 * (mse(&p, a)? + mse(&p, b)? - mse(a, b)?)).max(0.0).sqrt())
     }
 }
 
@@ -91,7 +109,6 @@ impl<'a> Bench<'a> {
             load_ms,
             world: None,
             judge: None,
-            untouched: None,
             methods,
             resolved,
         })
@@ -168,36 +185,17 @@ impl<'a> Bench<'a> {
     pub(super) fn judge_by(&mut self, truth: &Truth) {
         let white = white_of(&truth.halves[0]);
         let halves = truth.halves.each_ref().map(|half| encoded(&exposed(half, white)));
-        (self.judge, self.untouched) = (Some(Judge { white, halves, mask: None }), None);
-    }
-
-    /// Counts only pixels in which truth and `photo` differ, if there are any; and how much they do.
-    fn mask_by(&mut self, photo: &RadianceImage) -> Result<()> {
-        if let Some(judge) = &mut self.judge
-            && self.untouched.is_none()
-        {
-            let shown = encoded(&exposed(photo, judge.white));
-            let (w, h) = shown.size();
-            let changed = |x, y| (shown.get(x, y) - judge.truth(x, y)).abs().max_element() > CHANGED;
-            let mask = Mask::from_fn(w, h, changed);
-            judge.mask = mask.data().contains(&true).then_some(mask);
-            self.untouched = Some(self.error_of(photo)?);
-        }
-        Ok(())
+        self.judge = Some(Judge { white, halves, mask: None, untouched: None });
     }
 
     /// The error of the photo without objects, once a picture has been judged.
     pub(super) fn untouched(&self) -> f64 {
-        self.untouched.unwrap_or(f64::INFINITY)
+        self.judge.as_ref().and_then(|judge| judge.untouched).unwrap_or(f64::INFINITY)
     }
 
-    /// Root mean square error of display-encoded values. Against a truth of two independent halves A and B it is the root of
-    /// the mean of (p − A)·(p − B), in which their noise cancels: the error against what they converge to.
+    /// See [`Judge::error_of`]; NaN without a truth.
     pub(super) fn error_of(&self, picture: &RadianceImage) -> Result<f64> {
-        let Some(judge) = &self.judge else { return Ok(f64::NAN) };
-        let (p, [a, b], mask) = (encoded(&exposed(picture, judge.white)), &judge.halves, judge.mask.as_ref());
-        let mse = |a: &Image<Vec3>, b: &Image<Vec3>| metrics::mse(a, b, mask);
-        Ok((0.5 * (mse(&p, a)? + mse(&p, b)? - mse(a, b)?)).max(0.0).sqrt())
+        self.judge.as_ref().map_or(Ok(f64::NAN), |judge| judge.error_of(picture))
     }
 
     /// Standard error of the mean of the truth's halves, in the same unit; `None` for a given truth.
@@ -245,7 +243,9 @@ impl<'a> Bench<'a> {
             Frame::new(&scene, &self.inputs, &self.objects, &prepared.world, &options).render(Clock::new(), progress)?;
         let world_ms = prepared.ms;
         self.world = Some(prepared);
-        self.mask_by(&rendered.photo)?;
+        if let Some(judge) = self.judge.as_mut().filter(|judge| judge.untouched.is_none()) {
+            judge.mask_by(&rendered.photo)?;
+        }
         Ok((rendered, world_ms))
     }
 

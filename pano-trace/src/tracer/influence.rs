@@ -11,7 +11,7 @@
 //! sample, no mean is biased by it.
 
 use super::delta::Aim;
-use super::{First, Mis, Tracer, around};
+use super::{First, Mis, Scene, Tracer, around};
 use crate::directions::mirrored;
 use crate::world::{LightTarget, RealHit, RealWorld};
 use glam::{Vec2, Vec3};
@@ -174,16 +174,24 @@ pub(super) struct Thinned {
 }
 
 impl Thinned {
+    /// For a pixel that shows what may be in `scene`: where an object may show, each sample has to tell whether it does.
+    pub(super) fn of(scene: Scene, all: u32, thinning: u32, least: u32) -> Self {
+        match scene {
+            Scene::Mixed => Self::shared(all, thinning),
+            Scene::Real => Self::new(all, thinning, least),
+        }
+    }
+
     /// Of `all` of the frame's samples one in `thinning`, but at `least` as many as that.
-    pub(super) fn new(all: u32, thinning: u32, least: u32) -> Self {
+    fn new(all: u32, thinning: u32, least: u32) -> Self {
         let wanted = if thinning == NO_SAMPLES { 0.0 } else { all as f32 / thinning as f32 };
         let samples = (wanted.ceil() as u32).max(least);
         let share = (wanted / (ALWAYS * samples.max(1) as f32)).clamp(LEAST_SHARE, 1.0);
         Self { samples, boost: all as f32 / samples.max(1) as f32, share }
     }
 
-    /// The same where each of `all` has to tell whether it shows an object: those of real surfaces look for changes less often.
-    pub(super) fn shared(all: u32, thinning: u32) -> Self {
+    /// All of them, of which those that show real surfaces look for changes less often.
+    fn shared(all: u32, thinning: u32) -> Self {
         let share = (1.0 / thinning as f32).max(LEAST_SHARE);
         Self { samples: all, boost: 1.0 / share, share }
     }

@@ -70,10 +70,7 @@ pub fn render<W: RealWorld>(frame: &Frame<'_>, world: &W, params: &TraceParams, 
         let index = at.y as usize * camera.width + at.x as usize;
         // Where noise is to be measured, there are enough samples for that.
         let least = if params.error_target.is_some() { adaptive::PILOT.min(params.samples) } else { 0 };
-        let thinned = match begun[index].scene {
-            Scene::Mixed => Thinned::shared(params.samples, thinning[index]),
-            Scene::Real => Thinned::new(params.samples, thinning[index], least),
-        };
+        let thinned = Thinned::of(begun[index].scene, params.samples, thinning[index], least);
         let mut pixel = Started { begun: begun[index], thinned, ..Started::default() };
         let first = if params.error_target.is_some() { least } else { thinned.samples };
         tracer.sample_until(frame, at, first, &mut pixel);

@@ -1,7 +1,7 @@
 //! The path tracers over captured radiance: a room with a table, whose rims are gaps, a window into the open, and a lamp.
 
 use crate::Test;
-use crate::frames::{Apart, assert_alike, of_all_kinds, plain, rmse, view};
+use crate::frames::{Apart, assert_alike, both_of, of_all_kinds, plain, rmse, view};
 use glam::{Quat, Vec2, Vec3};
 use pano_core::camera::{Camera, Projection};
 use pano_core::gpu::{Gpu, GpuError, GpuOptions};
@@ -13,7 +13,7 @@ use pano_tests::rooms::{Cuboid, Room};
 use pano_trace::bvh::Ray;
 use pano_trace::objects::Objects;
 use pano_trace::tracer::gpu::{captured_hits, render_captured};
-use pano_trace::tracer::{self, Frame, Method, Mis, TraceParams, Traced};
+use pano_trace::tracer::{Frame, Method, Mis, TraceParams, Traced};
 use pano_trace::world::{CapturedOptions, CapturedWorld, RealHit, RealWorld};
 use std::sync::Arc;
 
@@ -101,15 +101,7 @@ fn hits_equal_the_cpu(gpu: &Gpu) {
 }
 
 fn both(gpu: &Gpu, camera: &Camera, objects: &Objects, world: &CapturedWorld, params: &TraceParams) -> [Traced; 2] {
-    let frame = Frame { camera, objects, stream: Stream { frame: 3, seed: 5 } };
-    let mut got = render_captured(gpu, &frame, world, params, &Silent).unwrap().expect("nobody cancels");
-    let want = tracer::render(&frame, world, params, &Silent).expect("nobody cancels");
-    if params.method == Method::TwoPass {
-        // The GPU leaves out the second pass where nothing is used of it.
-        assert!(got.rays <= want.rays, "{} {}", got.rays, want.rays);
-        got.rays = want.rays;
-    }
-    [got, want]
+    both_of(camera, objects, world, params, |frame| render_captured(gpu, frame, world, params, &Silent))
 }
 
 /// From where the panorama was taken, and from another place, with glossy, glass and shining objects.

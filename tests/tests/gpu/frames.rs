@@ -3,13 +3,16 @@
 use glam::{Affine2, Affine3A, Quat, Vec2, Vec3};
 use pano_core::builtin::primitives;
 use pano_core::camera::{Camera, Projection, rotation_from_yaw_pitch};
+use pano_core::gpu::GpuResult;
 use pano_core::image::{Image, RadianceImage};
 use pano_core::material::{Material, Texture, Wrap};
+use pano_core::progress::Silent;
+use pano_core::random::Stream;
 use pano_tests::random::Random;
 use pano_tests::rooms::texel_direction;
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
-use pano_trace::tracer::Traced;
-use pano_trace::world::{Proxy, ProxyShape, ProxyWorld, Reflectance};
+use pano_trace::tracer::{self, Frame, Method, TraceParams, Traced};
+use pano_trace::world::{Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance};
 use std::sync::Arc;
 
 /// A sky with a sun, about 1 bright without it.
@@ -98,6 +101,25 @@ pub(crate) fn rmse(a: &Traced, b: &Traced) -> f64 {
     let coverage = a.layers.coverage.data().iter().zip(b.layers.coverage.data()).map(|(a, b)| f64::from(a - b).powi(2));
     let sum = squares(&a.layers.object, &b.layers.object) + squares(&a.layers.delta, &b.layers.delta) + coverage.sum::<f64>();
     (sum / a.layers.coverage.data().len() as f64).sqrt()
+}
+
+/// A frame by `on_gpu`, and by the CPU.
+pub(crate) fn both_of(
+    camera: &Camera,
+    objects: &Objects,
+    world: &impl RealWorld,
+    params: &TraceParams,
+    on_gpu: impl FnOnce(&Frame<'_>) -> GpuResult<Option<Traced>>,
+) -> [Traced; 2] {
+    let frame = Frame { camera, objects, stream: Stream { frame: 3, seed: 5 } };
+    let mut got = on_gpu(&frame).unwrap().expect("nobody cancels");
+    let want = tracer::render(&frame, world, params, &Silent).expect("nobody cancels");
+    if params.method == Method::TwoPass {
+        // The GPU leaves out the second pass where nothing is used of it.
+        assert!(got.rays <= want.rays, "{} {}", got.rays, want.rays);
+        got.rays = want.rays;
+    }
+    [got, want]
 }
 
 /// How far frames of both backends may be apart.

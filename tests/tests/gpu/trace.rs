@@ -1,7 +1,7 @@
 //! The path tracers.
 
 use crate::Test;
-use crate::frames::{GREY, assert_same, of_all_kinds, plain, plane, rmse, sky, textured, under, view, worlds};
+use crate::frames::{GREY, assert_same, both_of, of_all_kinds, plain, plane, rmse, sky, textured, under, view, worlds};
 use glam::{Affine3A, Quat, Vec3};
 use pano_core::builtin::primitives;
 use pano_core::camera::{Camera, Projection};
@@ -29,15 +29,7 @@ pub(crate) const TESTS: &[Test] = &[
 const METHODS: [Method; 4] = [Method::Ibl, Method::OnePass, Method::TwoPass, Method::Dpt];
 
 fn both(gpu: &Gpu, camera: &Camera, objects: &Objects, world: &ProxyWorld, params: &TraceParams) -> [Traced; 2] {
-    let frame = Frame { camera, objects, stream: Stream { frame: 3, seed: 5 } };
-    let mut got = gpu::render(gpu, &frame, world, params, &Silent).unwrap().expect("nobody cancels");
-    let want = tracer::render(&frame, world, params, &Silent).expect("nobody cancels");
-    if params.method == Method::TwoPass {
-        // The GPU leaves out the second pass where nothing is used of it.
-        assert!(got.rays <= want.rays, "{} {}", got.rays, want.rays);
-        got.rays = want.rays;
-    }
-    [got, want]
+    both_of(camera, objects, world, params, |frame| gpu::render(gpu, frame, world, params, &Silent))
 }
 
 fn frames_equal_the_cpu(gpu: &Gpu) {

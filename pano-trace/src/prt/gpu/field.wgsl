@@ -1,6 +1,8 @@
 // The depth of a panorama on the faces of a cube: samples, gaps, ranges, and which way the surface faces; see field.rs, slopes.rs and
-// pyramid.rs. A shader that includes this has a `Field` in its uniform `params`, and says what is at an index: `field_inverse`,
-// `field_gaps`, `field_base` and `field_upper`.
+// pyramid.rs. A shader that includes this has a `Field` in its uniform `params` and binds, in this order:
+// - `inverses`: inverse planar depth, (n + 1)² samples a face; 0 where nothing is;
+// - `gaps`: as many sets of bits: 1 the cell lies across a gap, 2 the step to the right is one, 4 the step down is one;
+// - `base` and `upper`: smallest and largest inverse depth of the cells of each face, and of the levels above them, packed and in tiles.
 
 struct Field {
     // Cells along a face, levels of the pyramid, cells that a ray may look at.
@@ -16,6 +18,22 @@ struct Field {
 }
 
 const FAR_AWAY: f32 = 3e38;
+
+fn field_inverse(i: u32) -> f32 {
+    return inverses[i];
+}
+
+fn field_gaps(i: u32) -> u32 {
+    return gaps[i];
+}
+
+fn field_base(i: u32) -> u32 {
+    return base[i];
+}
+
+fn field_upper(i: u32) -> u32 {
+    return upper[i];
+}
 
 // Forward, right and down of a face, as rows.
 fn axes_of(face: u32) -> mat3x3f {

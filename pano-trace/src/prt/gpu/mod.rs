@@ -76,38 +76,29 @@ const BACK_FACE: u32 = 3;
 const BACK_LAYER: u32 = 4;
 
 /// The depth field and marching through it, for shaders to include after [`NUMBER`] and [`RAY`]; field.wgsl tells what they bring.
-pub(crate) const MARCHING: [Piece; 2] = [
-    Piece {
-        text: include_str!("field.wgsl"),
-        constants: || {
-            vec![
-                Constant::u32("SHIFT", SHIFT),
-                Constant::u32("BIAS", BIAS),
-                Constant::u32("TILE", TILE as u32),
-                Constant::f32("EVEN", EVEN),
-                Constant::u32("SLOPE_REACH", SLOPE_REACH as u32),
-                Constant::u32("SORTING_PAIRS", SORTING_NETWORK.len() as u32),
-                Constant { name: "SORTING_NETWORK", value: Value::U32s(SORTING_NETWORK.as_flattened()) },
-            ]
-        },
+pub(crate) const MARCHING: Piece = Piece {
+    text: concat!(include_str!("field.wgsl"), include_str!("march.wgsl")),
+    constants: || {
+        vec![
+            Constant::u32("SHIFT", SHIFT),
+            Constant::u32("BIAS", BIAS),
+            Constant::u32("TILE", TILE as u32),
+            Constant::f32("EVEN", EVEN),
+            Constant::u32("SLOPE_REACH", SLOPE_REACH as u32),
+            Constant::u32("SORTING_PAIRS", SORTING_NETWORK.len() as u32),
+            Constant { name: "SORTING_NETWORK", value: Value::U32s(SORTING_NETWORK.as_flattened()) },
+            Constant::f32("NEAREST", NEAREST),
+            Constant::f32("NUDGE", NUDGE),
+            Constant::f32("CLEAR", CLEAR),
+            Constant::u32("RIM_REACH", RIM_REACH as u32),
+        ]
     },
-    Piece {
-        text: include_str!("march.wgsl"),
-        constants: || {
-            vec![
-                Constant::f32("NEAREST", NEAREST),
-                Constant::f32("NUDGE", NUDGE),
-                Constant::f32("CLEAR", CLEAR),
-                Constant::u32("RIM_REACH", RIM_REACH as u32),
-            ]
-        },
-    },
-];
+};
 
 /// `rays.wgsl`.
 pub static SHADER: Shader = Shader {
     name: "march",
-    pieces: &[NUMBER, RAY, MARCHING[0], MARCHING[1], Piece::plain(include_str!("rays.wgsl"))],
+    pieces: &[NUMBER, RAY, MARCHING, Piece::plain(include_str!("rays.wgsl"))],
     specializations: &[Specialization { entry: "march", constants: &[] }],
 };
 

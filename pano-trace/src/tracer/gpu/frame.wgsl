@@ -11,7 +11,7 @@ struct Started {
     boost: f32,
     // Whether an object may be seen.
     mixed: u32,
-    // How often each sample looks for changes.
+    // How many of these look for changes, as a share; the others count as none.
     share: f32,
 }
 

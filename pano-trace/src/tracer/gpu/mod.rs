@@ -16,7 +16,7 @@ use super::delta::{AROUND, FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE};
 use super::delta::{PATHS_END_SHARE, SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
 use super::influence::{self, Thinned, least_of_neighbours};
 use super::path::ROULETTE_FROM;
-use super::{Frame, Lights, Method, Mis, Pixel, TraceParams, Traced, layers};
+use super::{Frame, Lights, Method, Mis, Pixel, Scene, TraceParams, Traced, layers};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
 use crate::bvh::gpu::TRAVERSAL;
 use crate::cone::CONES;
@@ -88,13 +88,16 @@ const AIM: Piece = Piece {
 const ASKS: u32 = 1;
 
 /// Samples on their way from ray to ray.
-const WALK: [Piece; 5] = [
-    Piece::plain(include_str!("frame.wgsl")),
-    Piece { text: include_str!("walk.wgsl"), constants: || vec![Constant::u32("ASKS", ASKS)] },
-    Piece::plain(include_str!("point.wgsl")),
-    Piece::plain(include_str!("vertex.wgsl")),
-    Piece::plain(include_str!("turn.wgsl")),
-];
+const WALK: Piece = Piece {
+    text: concat!(
+        include_str!("frame.wgsl"),
+        include_str!("walk.wgsl"),
+        include_str!("point.wgsl"),
+        include_str!("vertex.wgsl"),
+        include_str!("turn.wgsl"),
+    ),
+    constants: || vec![Constant::u32("ASKS", ASKS)],
+};
 
 /// `trace.wgsl`, with what comes before it.
 pub static SHADER: Shader = Shader {
@@ -116,11 +119,7 @@ pub static SHADER: Shader = Shader {
         PROXIES,
         VIEW,
         AIM,
-        WALK[0],
-        WALK[1],
-        WALK[2],
-        WALK[3],
-        WALK[4],
+        WALK,
         Piece::plain(include_str!("trace.wgsl")),
     ],
     // Of the many combinations the ends: each method with all effects, and with none.
@@ -250,10 +249,8 @@ fn settle(pixels: &mut [Started], camera: &Camera, samples: u32) {
     let wrap = camera.projection == Projection::Panorama;
     let thinning: Vec<u32> = pixels.iter().map(|p| p.most).collect();
     for (pixel, thinning) in pixels.iter_mut().zip(least_of_neighbours(&thinning, camera.width, wrap)) {
-        let Thinned { samples, boost, share } = match pixel.mixed {
-            0 => Thinned::new(samples, thinning, 0),
-            _ => Thinned::shared(samples, thinning),
-        };
+        let scene = if pixel.mixed == 1 { Scene::Mixed } else { Scene::Real };
+        let Thinned { samples, boost, share } = Thinned::of(scene, samples, thinning, 0);
         (pixel.most, pixel.boost, pixel.share) = (samples, boost, share);
     }
 }

@@ -10,29 +10,20 @@ use pano_core::gpu::{Constant, Gpu, GpuResult, Piece, Words};
 
 /// What can be asked of a captured field, for shaders to include after [`crate::world::gpu::ENVIRONMENT`], [`crate::prt::gpu::MARCHING`]
 /// and [`crate::cone::CONES`].
-pub(crate) const CAPTURED: [Piece; 2] = [
-    Piece {
-        text: include_str!("captured.wgsl"),
-        constants: || {
-            vec![
-                Constant::f32("LEAVE", LEAVE),
-                Constant::f32("LEAST_ALIKE", irradiance::LEAST_ALIKE),
-                Constant::u32("TEXEL_WORDS", irradiance::TEXEL_WORDS),
-                Constant::u32("LAMP_WORDS", lamps::LAMP_WORDS),
-            ]
-        },
+pub(crate) const CAPTURED: Piece = Piece {
+    text: concat!(include_str!("captured.wgsl"), include_str!("tell.wgsl")),
+    constants: || {
+        vec![
+            Constant::f32("LEAVE", LEAVE),
+            Constant::f32("LEAST_ALIKE", irradiance::LEAST_ALIKE),
+            Constant::u32("TEXEL_WORDS", irradiance::TEXEL_WORDS),
+            Constant::u32("LAMP_WORDS", lamps::LAMP_WORDS),
+            Constant::f32("AT_CAPTURE", AT_CAPTURE),
+            Constant::f32("GLOW", hidden::GLOW),
+            Constant::u32("CELL_BITS", hidden::CELL_BITS),
+        ]
     },
-    Piece {
-        text: include_str!("tell.wgsl"),
-        constants: || {
-            vec![
-                Constant::f32("AT_CAPTURE", AT_CAPTURE),
-                Constant::f32("GLOW", hidden::GLOW),
-                Constant::u32("CELL_BITS", hidden::CELL_BITS),
-            ]
-        },
-    },
-];
+};
 
 pano_core::uniform! {
     /// `World` of the shader.

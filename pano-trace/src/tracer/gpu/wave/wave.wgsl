@@ -74,7 +74,7 @@ struct Lane {
 @group(0) @binding(7) var<storage, read_write> asked: array<Asked>;
 @group(0) @binding(8) var<storage, read_write> lanes: array<Lane>;
 @group(0) @binding(9) var<storage, read_write> waiting_points: array<Point>;
-// The depth field; see prt/gpu/rays.wgsl.
+// The depth field; see prt/gpu/field.wgsl.
 @group(0) @binding(10) var<storage, read> inverses: array<f32>;
 @group(0) @binding(11) var<storage, read> gaps: array<u32>;
 @group(0) @binding(12) var<storage, read> base: array<u32>;
@@ -82,22 +82,6 @@ struct Lane {
 @group(0) @binding(14) var<storage, read_write> relits: array<Relit>;
 // Rays under way in each of some turns.
 @group(0) @binding(15) var<storage, read_write> counts: array<atomic<u32>>;
-
-fn field_inverse(i: u32) -> f32 {
-    return inverses[i];
-}
-
-fn field_gaps(i: u32) -> u32 {
-    return gaps[i];
-}
-
-fn field_base(i: u32) -> u32 {
-    return base[i];
-}
-
-fn field_upper(i: u32) -> u32 {
-    return upper[i];
-}
 
 // Real surfaces carry their light.
 const CAPTURED: bool = true;
