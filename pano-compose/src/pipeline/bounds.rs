@@ -1,11 +1,9 @@
-//! What the traced layers can be: light is not negative. Noise is bounded before it is filtered, which would spread what sticks
-//! out.
+//! What the traced layers can be: light is not negative. Noise is bounded before it is filtered, which would spread it.
 
 use glam::Vec3;
 use pano_core::color::luminance;
 use pano_core::image::{Image, RadianceImage};
 use pano_core::layers::TracedLayers;
-use rayon::prelude::*;
 
 /// Sets changes that would leave less than no light to the photo's share of the pixel. Noise is what makes them: filtered as they
 /// are, one such pixel blackens those around it. Takes noise's share of deep shadows, which falls with the samples.
@@ -40,69 +38,6 @@ pub(super) fn objects_are_not_darker_than_black(layers: &mut TracedLayers) {
     layers.object = bounded;
 }
 
-/// A pixel's change may be this many times that of its neighbours, as a share of the photo…
-const STANDS_OUT: f32 = 3.0;
-/// …and more than this.
-const INVISIBLE: f32 = 0.02;
-/// Pixels to each side over which the rest is spread, less and less outwards.
-const SPREAD: usize = 7;
-/// Surfaces are the same as far as cosine of the normals and quotient of the distances are nearer to 1 than this.
-const ALIKE: f32 = 0.1;
-
-/// Spreads what sticks out of the change of real surfaces (a path that seldom finds a lamp, and then for all the others)
-/// over the surface around it: a filter that keeps edges would keep it as it is. All of it counts as a share of the photo, whose
-/// detail stays. Columns wrap if `wrap`.
-pub(super) fn spread_what_sticks_out(layers: &mut TracedLayers, photo: &RadianceImage, wrap: bool) {
-    let (w, h) = layers.delta.size();
-    let around = |x: usize, y: usize, radius: usize| {
-        let columns = move |i: usize| match wrap {
-            true => Some((x + w * (1 + radius / w) + i - radius) % w),
-            false => (x + i).checked_sub(radius).filter(|&x| x < w),
-        };
-        let rows = y.saturating_sub(radius)..(y + radius + 1).min(h);
-        rows.flat_map(move |y| (0..(2 * radius + 1).min(w)).filter_map(move |i| Some((columns(i)?, y))))
-    };
-    let shares = Image::par_from_fn(w, h, |x, y| match layers.coverage.get(x, y) > 0.0 {
-        true => Vec3::ZERO,
-        false => layers.delta.get(x, y) / photo.get(x, y).max(Vec3::splat(1e-6)),
-    });
-    let alike = |a: (usize, usize), b: (usize, usize)| {
-        let (near, far) = (layers.depth.get(a.0, a.1), layers.depth.get(b.0, b.1));
-        let cosine = layers.normal.get(a.0, a.1).dot(layers.normal.get(b.0, b.1));
-        layers.coverage.get(b.0, b.1) == 0.0 && cosine > 1.0 - ALIKE && (near / far - 1.0).abs() < ALIKE
-    };
-    let magnitude = |x: usize, y: usize| luminance(shares.get(x, y)).abs();
-    let outliers: Vec<(usize, usize, Vec3)> = (0..w * h)
-        .into_par_iter()
-        .filter_map(|i| {
-            let (x, y) = (i % w, i / w);
-            let here = magnitude(x, y);
-            let beside = around(x, y, 1).filter(|&at| at != (x, y)).map(|(x, y)| magnitude(x, y)).fold(0.0, f32::max);
-            let most = (STANDS_OUT * beside).max(INVISIBLE);
-            (here > most && here.is_finite()).then(|| (x, y, shares.get(x, y) * (1.0 - most / here)))
-        })
-        .collect();
-    let weight = |(x, y): (usize, usize), (i, j): (usize, usize)| {
-        let (across, down) = (x.abs_diff(i), y.abs_diff(j));
-        let across = if wrap { across.min(w - across) } else { across };
-        1.0 - (across * across + down * down) as f32 / (2 * (SPREAD + 1).pow(2)) as f32
-    };
-    let receivers: Vec<Vec<(usize, usize, f32)>> = outliers
-        .par_iter()
-        .map(|&(x, y, _)| {
-            let here = |&at: &(usize, usize)| at == (x, y) || alike((x, y), at);
-            around(x, y, SPREAD).filter(here).map(|at| (at.0, at.1, weight((x, y), at))).collect()
-        })
-        .collect();
-    for (&(x, y, excess), receivers) in outliers.iter().zip(&receivers) {
-        layers.delta.set(x, y, layers.delta.get(x, y) - excess * photo.get(x, y));
-        let all: f32 = receivers.iter().map(|r| r.2).sum();
-        for &(i, j, weight) in receivers {
-            layers.delta.set(i, j, layers.delta.get(i, j) + excess * photo.get(i, j) * (weight / all));
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,49 +69,5 @@ mod tests {
         assert_eq!((at(1, 1), at(2, 1)), (Vec3::splat(0.25), Vec3::splat(0.5)), "half and whole of (1, 0)");
         assert_eq!((at(2, 2), at(4, 1)), (Vec3::new(9.0, 0.0, 9.0), Vec3::ZERO));
         assert_eq!((at(1, 2), at(0, 1)), (Vec3::splat(1.25), Vec3::ZERO));
-    }
-
-    /// A floor with an object on its right, seen from above.
-    fn floor(w: usize, h: usize) -> (TracedLayers, RadianceImage) {
-        let mut layers = TracedLayers::empty(w, h);
-        layers.depth = Image::filled(w, h, 2.0);
-        layers.normal = Image::filled(w, h, Vec3::Y);
-        layers.coverage = Image::from_fn(w, h, |x, _| f32::from(u8::from(x + 2 >= w)));
-        (layers, RadianceImage::from_fn(w, h, |x, y| Vec3::splat(if (x + y) % 2 == 0 { 1.0 } else { 0.25 })))
-    }
-
-    #[test]
-    fn what_sticks_out_is_spread_as_a_share_of_the_photo() {
-        let (mut layers, photo) = floor(24, 20);
-        layers.delta.set(1, 9, Vec3::splat(-0.9));
-        // An edge stays as it is: there are others like it beside each pixel.
-        (0..20).for_each(|y| layers.delta.set(15, y, photo.get(15, y) * 0.5));
-        let before = layers.delta.clone();
-        spread_what_sticks_out(&mut layers, &photo, false);
-        let share = |delta: &Image<Vec3>, x, y| delta.get(x, y).y / photo.get(x, y).y;
-        let sum = |delta: &Image<Vec3>| (0..24 * 20).map(|i| share(delta, i % 24, i / 24)).sum::<f32>();
-        assert!((sum(&layers.delta) - sum(&before)).abs() < 1e-5);
-        let largest = (0..20 * 14).map(|i| share(&layers.delta, i % 14, i / 14).abs()).fold(0.0, f32::max);
-        assert!(largest < 0.9 / 40.0 + INVISIBLE, "{largest}");
-        assert!((0..20).all(|y| (share(&layers.delta, 15, y) - 0.5).abs() < 1e-6));
-        assert!((0..20).all(|y| layers.delta.get(22, y) == Vec3::ZERO), "an object is no part of the floor");
-    }
-
-    #[test]
-    fn over_the_seam_lies_the_other_edge() {
-        let (mut layers, photo) = floor(24, 20);
-        layers.coverage = Image::filled(24, 20, 0.0);
-        layers.delta.set(1, 9, Vec3::splat(0.9));
-        let mut flat = layers.clone();
-        spread_what_sticks_out(&mut layers, &photo, true);
-        spread_what_sticks_out(&mut flat, &photo, false);
-        assert!(layers.delta.get(22, 9).y > 0.0 && flat.delta.get(22, 9) == Vec3::ZERO);
-        // Fewer columns than are looked at, each counted once.
-        let (mut narrow, photo) = floor(3, 3);
-        narrow.coverage = Image::filled(3, 3, 0.0);
-        narrow.delta.set(0, 0, Vec3::splat(0.9));
-        spread_what_sticks_out(&mut narrow, &photo, true);
-        let sum: f32 = narrow.delta.data().iter().zip(photo.data()).map(|(d, p)| d.y / p.y).sum();
-        assert!((sum - 0.9).abs() < 1e-5, "{sum}");
     }
 }

@@ -19,6 +19,7 @@ mod rt2ar;
 mod sequence;
 mod settings;
 mod stats;
+mod strays;
 mod view;
 mod world;
 
