@@ -3,6 +3,7 @@
 mod commands;
 mod failure;
 mod output;
+mod processor;
 mod progress;
 
 use clap::Parser;
@@ -17,6 +18,11 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
+    if let Some(feature) = processor::missing() {
+        eprintln!("error: this pano was built for processors with {feature}, and this one has none");
+        eprintln!("help: build it with RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release");
+        return ExitCode::FAILURE;
+    }
     match Cli::parse().command.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
