@@ -118,7 +118,7 @@ pub(super) fn nothing_stands_alone(layers: &mut TracedLayers, photo: &RadianceIm
     let shown = Neighbours { wrap, layer: &layers.object, unit: &covered, least: 0.0, known: &|at| coverage(at) > 0.0 };
     let object = shown.settled(|at| match coverage(at) > 0.0 {
         true if few(at) => Bound::Within(1.0 / AT_RIMS, AT_RIMS),
-        true => Bound::Within(DARK, f32::INFINITY),
+        true => Bound::AtLeast(DARK),
         false => Bound::None,
     });
     (layers.delta, layers.object) = (delta, object);
@@ -128,6 +128,8 @@ pub(super) fn nothing_stands_alone(layers: &mut TracedLayers, photo: &RadianceIm
 #[derive(Clone, Copy, PartialEq)]
 enum Bound {
     None,
+    /// This many times the least, each channel for itself.
+    AtLeast(f32),
     /// From this many times the least to this many times the most, each channel for itself.
     Within(f32, f32),
     /// The median of them and itself, each channel for itself.
@@ -160,26 +162,28 @@ impl<U: Fn((usize, usize)) -> Vec3 + Sync, K: Fn((usize, usize)) -> bool + Sync>
         if bound == Bound::None {
             return None;
         }
-        let mut all = [self.value(at); 9];
-        let mut others = 0;
+        let here = self.value(at);
+        let (mut all, mut count) = ([here; 9], 1);
         for (slot, other) in all[1..].iter_mut().zip(self.beside(at)) {
             *slot = self.value(other);
-            others += 1;
+            count += 1;
         }
-        let here = all[0];
-        let first = usize::from(bound != Bound::Median);
-        let all = &mut all[first..=others];
-        if others < ENOUGH {
+        let all = &mut all[..count];
+        if count <= ENOUGH {
             return None;
         }
-        let kept = Vec3::from_array(std::array::from_fn(|channel| {
-            all.sort_unstable_by(|a, b| a[channel].total_cmp(&b[channel]));
-            match bound {
-                Bound::Median => (all[others / 2][channel] + all[others.div_ceil(2)][channel]) * 0.5,
-                Bound::Within(least, most) => here[channel].max(all[0][channel] * least).min(all[others - 1][channel] * most),
-                Bound::None => here[channel],
+        let least = || all[1..].iter().copied().fold(Vec3::INFINITY, Vec3::min);
+        let kept = match bound {
+            Bound::None => here,
+            Bound::AtLeast(share) => here.max(least() * share),
+            Bound::Within(down, up) => {
+                here.max(least() * down).min(all[1..].iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max) * up)
             }
-        }));
+            Bound::Median => Vec3::from_array(std::array::from_fn(|channel| {
+                all.sort_unstable_by(|a, b| a[channel].total_cmp(&b[channel]));
+                (all[(count - 1) / 2][channel] + all[count / 2][channel]) * 0.5
+            })),
+        };
         (kept != here && here.is_finite()).then_some(here - kept)
     }
 

@@ -72,11 +72,6 @@ fn a_sweep_writes_its_page_goes_on_and_refuses_what_is_not_its_own() {
     assert_eq!(page.matches(">\ndpt\n<").count(), 1, "a legend has every method once");
     assert!(!page.contains("src=\"http") && !page.contains("href="), "the page is self-contained");
     assert!(first.truth.error.unwrap() > 0.0);
-    // Unfiltered noise falls; the filter's rows need not.
-    let raw = |n: u32| first.rows.iter().find(|r| r.method == "dpt" && r.bounces == 3 && !r.denoise && r.samples == n);
-    let (few, more) = (raw(1).unwrap(), raw(4).unwrap());
-    assert!(more.error < few.error && few.error_se > 0.0, "{few:?} {more:?}");
-
     let csv = std::fs::read(folder.path().join("results.csv")).unwrap();
     let again = run(&scene, &text, &small(), &folder, &Silent).unwrap();
     assert_eq!(first.rows, again.rows, "nothing is measured twice");
@@ -119,6 +114,23 @@ fn the_noise_of_the_truth_is_no_error() {
     let flat = RadianceImage::from_fn(24, 16, |x, y| glam::Vec3::splat(if (x, y) == (0, 0) { 1.0 } else { 0.25 }));
     let (own, error) = (bench.error_of_truth().unwrap().unwrap(), bench.error_of(&flat).unwrap());
     assert!(own > 0.01 && error < 0.6 * own, "truth {own}, picture {error}");
+}
+
+#[test]
+fn unfiltered_noise_falls_with_the_samples() {
+    let temp = tempfile::tempdir().unwrap();
+    let (scene, _) = scene(temp.path(), "");
+    let params = small();
+    let mut bench = Bench::new(&scene, &params, &Silent).unwrap();
+    let folder = Folder::create(temp.path().join("out")).unwrap();
+    let truth = truth::find(&mut bench, &params, &folder, &Silent).unwrap();
+    bench.judge_by(&truth);
+    let mut row = |samples| {
+        let choice = Choice { samples, denoise: false, ..bench.default_choice(Method::Dpt) };
+        bench.measure(&choice, &Silent).unwrap()
+    };
+    let (few, more) = (row(1), row(4));
+    assert!(more.error < few.error && few.error_se > 0.0, "{few:?} {more:?}");
 }
 
 #[test]
