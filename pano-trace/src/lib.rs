@@ -25,6 +25,7 @@ pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
         &tracer::gpu::SHADER,
         &tracer::gpu::WAVE,
         &mr360::gpu::SHADER,
+        &iprt::gpu::SHADER,
     ]
 }
 
@@ -37,6 +38,7 @@ pub fn layouts() -> Vec<(&'static pano_core::gpu::Shader, pano_core::gpu::Layout
         prt::gpu::layouts(),
         tracer::gpu::layouts(),
         mr360::gpu::layouts(),
+        iprt::gpu::layouts(),
     ]
     .concat()
 }

@@ -16,8 +16,10 @@ use pano_core::sphere::resample;
 use pano_denoise::{atrous, cross_bilateral, firefly, mean, temporal};
 use pano_light::{WorkingMap, detect, expand, ibl};
 use pano_tests::random::Random;
-use pano_tests::rooms::{Cuboid, texel_direction};
+use pano_tests::rooms::{Cuboid, Room, captured, texel_direction};
 use pano_trace::bvh::{Blas, Ray, Tlas, gpu::GpuTlas};
+use pano_trace::iprt::gpu::GpuFrame;
+use pano_trace::iprt::{self, GBuffer, Update, UpdatedWorld};
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
 use pano_trace::prt::{DepthField, FieldOptions, gpu::GpuDepthField};
 use pano_trace::sparse;
@@ -97,6 +99,7 @@ fn main() {
     filters(&gpu, pixels);
     rays(&gpu);
     tracing(&gpu);
+    passes(&gpu);
 }
 
 fn images(gpu: &Gpu, pixels: f64, source: f64) {
@@ -221,6 +224,51 @@ fn tracing(gpu: &Gpu) {
     let flop = traced.rays as f64 * 40.0 * 80.0;
     let name = format!("dpt, 320 × 240, 16 samples, {} rays", traced.rays);
     row(gpu, &name, flop, cpu, || consume(tracer::gpu::render(gpu, &frame, &world, &params, &Silent).unwrap()));
+}
+
+/// A metal ball in a room, by the passes of iprt with one sample a pixel.
+fn passes(gpu: &Gpu) {
+    let walls = Cuboid { lo: Vec3::new(-2.0, -1.5, -3.0), hi: Vec3::new(2.5, 1.2, 2.0) };
+    let table = Some(Cuboid { lo: Vec3::new(-1.3, -1.5, -1.9), hi: Vec3::new(-0.2, -0.7, -1.1) });
+    let colors = [Vec3::new(0.5, 0.4, 0.3), Vec3::new(0.7, 0.8, 0.9)];
+    let room = Room { walls, table, window: None, colors, lights: [Vec3::splat(3.0), Vec3::splat(12.0)] };
+    let world = captured(&room.radiance(1024), &room.depth(1024), Quat::IDENTITY, Vec3::ZERO);
+    let ball = Placement {
+        mesh: Arc::new(PreparedMesh::new(primitives::icosphere(0.3, 4)).unwrap()),
+        world_from_mesh: Affine3A::from_translation(Vec3::new(0.3, -1.2, -1.5)),
+        material: Some(Material::metal(Vec3::new(0.9, 0.7, 0.4), 0.5)),
+    };
+    let objects = Objects::new(&[ball]);
+    let camera = Camera {
+        position: Vec3::ZERO,
+        world_from_camera: rotation_from_yaw_pitch(0.0, -30.0),
+        projection: Projection::Perspective { vfov: 0.9 },
+        width: 320,
+        height: 240,
+    };
+    let frame = iprt::Frame { camera: &camera, objects: &objects, capture: Vec3::ZERO, stream: Stream::default() };
+    // A ray is marched over some fifty cells, and asks the objects' tree.
+    let flop = |rays: u64| rays as f64 * (50.0 * 60.0 + 40.0 * 80.0);
+    let held = GpuFrame::new(gpu, &frame, &world, None).unwrap();
+    row(gpu, "iprt's scene, 1024 × 512", 0.0, || (), || consume(GpuFrame::new(gpu, &frame, &world, None).unwrap()));
+    let buffer = GBuffer::new(&frame, &world);
+    let cpu = || consume(GBuffer::new(&frame, &world));
+    row(gpu, "its g-buffer, 320 × 240", flop(320 * 240), cpu, || consume(held.gbuffer(gpu, &frame).unwrap()));
+    let (params, known) = (iprt::Params { attempts: 16, ..iprt::Params::default() }, Update::default());
+    let updated = UpdatedWorld::new(&world, Vec3::ZERO, &known);
+    let all = |_: usize, _: usize| true;
+    let real = iprt::trace_real(&frame, &updated, &params, None, all, &Silent).unwrap();
+    let cpu = || consume(iprt::trace_real(&frame, &updated, &params, None, all, &Silent).unwrap());
+    let on_gpu = || consume(held.trace_real(gpu, &frame, &world, &known, &params, all, &Silent).unwrap());
+    row(gpu, &format!("its real pixels, {} rays", real.rays), flop(real.rays), cpu, on_gpu);
+    let (ratio, gloss) = (Image::filled(320, 240, Vec3::splat(0.9)), Image::filled(320, 240, Vec2::X));
+    let cpu = || consume(iprt::panorama_update(&frame, &world, &buffer, &ratio, &gloss, (1024, 512)));
+    let on_gpu = || consume(held.panorama_update(gpu, &frame, &buffer, &ratio, &gloss, (1024, 512)).unwrap());
+    row(gpu, "its update", 300.0 * 1024.0 * 512.0, cpu, on_gpu);
+    let seen = iprt::trace_virtual(&frame, &updated, &params, &Silent).unwrap();
+    let cpu = || consume(iprt::trace_virtual(&frame, &updated, &params, &Silent).unwrap());
+    let on_gpu = || consume(held.trace_virtual(gpu, &frame, &known, &params, &Silent).unwrap());
+    row(gpu, &format!("its virtual pixels, {} rays", seen.rays), flop(seen.rays), cpu, on_gpu);
 }
 
 fn rays(gpu: &Gpu) {

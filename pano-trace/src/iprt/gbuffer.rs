@@ -25,14 +25,19 @@ pub struct GBuffer {
     pub thing: Image<u32>,
 }
 
+/// What bilinear depth and the half pixel between centre and point differ by on slanted floors, as a share of the distance.
+pub(super) const SHOWN_WITHIN: f32 = 0.02;
+/// Points of a pixel at which its coverage is measured: four rows of four.
+pub(super) const COVER_POINTS: u32 = 16;
+
 #[derive(Clone, Copy, Default)]
-struct Texel {
-    depth: f32,
-    normal: Vec3,
-    position: Vec3,
-    albedo: Vec3,
-    smooth: bool,
-    thing: u32,
+pub(super) struct Texel {
+    pub(super) depth: f32,
+    pub(super) normal: Vec3,
+    pub(super) position: Vec3,
+    pub(super) albedo: Vec3,
+    pub(super) smooth: bool,
+    pub(super) thing: u32,
 }
 
 impl GBuffer {
@@ -63,6 +68,10 @@ impl GBuffer {
         let texels = Image::par_from_fn(camera.width, camera.height, |x, y| {
             see(&Ray::new(camera.position, camera.direction(Vec2::new(x as f32 + 0.5, y as f32 + 0.5))))
         });
+        Self::from_texels(&texels)
+    }
+
+    pub(super) fn from_texels(texels: &Image<Texel>) -> Self {
         Self {
             depth: texels.map(|t| t.depth),
             normal: texels.map(|t| t.normal),
@@ -78,19 +87,26 @@ impl GBuffer {
     pub fn coverage<W: RealWorld>(&self, frame: &Frame<'_>, world: &W) -> Image<f32> {
         let (w, h) = self.size();
         Image::par_from_fn(w, h, |x, y| {
-            let here = self.thing.get(x, y);
-            let around = |k: usize, side: usize| k.saturating_sub(1)..=(k + 1).min(side - 1);
-            if around(y, h).all(|ny| around(x, w).all(|nx| self.thing.get(nx, ny) == here)) {
-                return f32::from(u8::from(here > 0));
+            if let Some(coverage) = self.whole(x, y) {
+                return coverage;
             }
             let corner = Vec2::new(x as f32, y as f32);
-            let hits = (0..16).filter(|k| {
+            let hits = (0..COVER_POINTS).filter(|k| {
                 let at = corner + (Vec2::new((k % 4) as f32, (k / 4) as f32) + 0.5) / 4.0;
                 let ray = Ray::new(frame.camera.position, frame.camera.direction(at));
                 frame.objects.intersect(&ray).is_some_and(|hit| !world.blocks(&ray.up_to(hit.hit.t)))
             });
-            hits.count() as f32 / 16.0
+            hits.count() as f32 / COVER_POINTS as f32
         })
+    }
+
+    /// The share of a pixel that shows an object where the pixel and all its neighbours show the same thing.
+    pub(super) fn whole(&self, x: usize, y: usize) -> Option<f32> {
+        let (w, h) = self.size();
+        let here = self.thing.get(x, y);
+        let around = |k: usize, side: usize| k.saturating_sub(1)..=(k + 1).min(side - 1);
+        let same = around(y, h).all(|ny| around(x, w).all(|nx| self.thing.get(nx, ny) == here));
+        same.then(|| f32::from(u8::from(here > 0)))
     }
 
     /// `(width, height)`.
@@ -105,9 +121,7 @@ impl GBuffer {
 
     /// Whether `hit` is what the pixel `(x, y)` shows: a real surface, there within two hundredths of the distance.
     pub fn shows(&self, x: usize, y: usize, hit: &RealHit, camera: &Camera) -> bool {
-        /// What bilinear depth and the half pixel between centre and point differ by on slanted floors.
-        const TOLERANCE: f32 = 0.02;
         let distance = hit.position.distance(camera.position);
-        self.shows_real(x, y) && (self.depth.get(x, y) - distance).abs() <= TOLERANCE * distance
+        self.shows_real(x, y) && (self.depth.get(x, y) - distance).abs() <= SHOWN_WITHIN * distance
     }
 }

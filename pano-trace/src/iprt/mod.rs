@@ -17,13 +17,15 @@
 //! - What is filtered is E_R and the change E_RV − E_R, not E_RV: the change has the sharp shadows, E_R is smooth.
 
 mod gbuffer;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod motion;
 mod screen;
 mod trace;
 mod update;
 
 pub use gbuffer::GBuffer;
-pub use motion::{Earlier, motion};
+pub use motion::{Earlier, Motion, motion};
 pub use screen::{EXTENSION, ScreenObjects};
 pub use trace::{RealEstimate, VirtualEstimate, trace_real, trace_virtual};
 pub use update::{Update, UpdatedWorld, panorama_update};

@@ -14,10 +14,13 @@ pub struct Earlier {
     pub objects: Objects,
 }
 
+/// Where the points of a view's pixels were in an earlier view, and how far from its camera; see [`motion`].
+pub type Motion = (Image<Vec2>, Image<f32>);
+
 /// For each pixel of `buffer`, a view of `camera` and `objects`: where its point was in the earlier view, in pixels (centres
 /// at +½; NaN if it was behind it), and how far from the earlier camera. Real surfaces stand still; objects move by their
 /// placements. What has no depth lies in a direction.
-pub fn motion(buffer: &GBuffer, camera: &Camera, objects: &Objects, earlier: &Earlier) -> (Image<Vec2>, Image<f32>) {
+pub fn motion(buffer: &GBuffer, camera: &Camera, objects: &Objects, earlier: &Earlier) -> Motion {
     let (w, h) = buffer.size();
     let found = Image::par_from_fn(w, h, |x, y| {
         let depth = buffer.depth.get(x, y);

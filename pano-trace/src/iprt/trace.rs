@@ -50,14 +50,16 @@ pub struct VirtualEstimate {
 }
 
 /// Rays by which a pixel finds what it would mirror.
-const MIRROR_RAYS: u32 = 4;
+pub(super) const MIRROR_RAYS: u32 = 4;
+/// Of the samples that measure the irradiance one in so many is left at least.
+pub(super) const MOST_THINNING: u32 = 4;
 
 /// Sum, sum of squared luminance, and number of samples.
 #[derive(Clone, Copy, Debug, Default)]
-struct Moments {
-    sum: Vec3,
-    squares: f32,
-    count: u32,
+pub(super) struct Moments {
+    pub(super) sum: Vec3,
+    pub(super) squares: f32,
+    pub(super) count: u32,
 }
 
 impl Moments {
@@ -85,15 +87,15 @@ impl Moments {
 
 /// What the samples of a pixel of the first pass come to.
 #[derive(Clone, Copy, Debug)]
-struct RealPixel {
-    real: Moments,
-    change: Moments,
-    mirror: Vec3,
-    mirror_rays: u32,
-    mirrored: Vec3,
-    mirrored_mixed: Vec3,
-    touched: bool,
-    samples: u32,
+pub(super) struct RealPixel {
+    pub(super) real: Moments,
+    pub(super) change: Moments,
+    pub(super) mirror: Vec3,
+    pub(super) mirror_rays: u32,
+    pub(super) mirrored: Vec3,
+    pub(super) mirrored_mixed: Vec3,
+    pub(super) touched: bool,
+    pub(super) samples: u32,
 }
 
 impl Default for RealPixel {
@@ -131,18 +133,25 @@ pub fn trace_real<W: RealWorld>(
     })?;
     let rays = rows.iter().map(|r| r.1).sum();
     let pixels = Image::from_vec(w, h, rows.into_iter().flat_map(|r| r.0).collect()).ok()?;
-    Some(RealEstimate {
-        share: pixels.map(|p: RealPixel| p.real.share(p.samples)),
-        irradiance: pixels.map(|p| p.real.sum / p.samples as f32),
-        change: pixels.map(|p| p.change.sum / p.samples as f32),
-        irradiance_variance: pixels.map(|p| p.real.variance_of_mean()),
-        change_variance: pixels.map(|p| p.change.variance_of_mean()),
-        mirror: pixels.map(|p| p.mirror / p.mirror_rays.max(1) as f32),
-        mirrored: pixels.map(|p| p.mirrored / p.samples as f32),
-        mirrored_mixed: pixels.map(|p| p.mirrored_mixed / p.samples as f32),
-        touched: pixels.map(|p| p.touched),
-        rays,
-    })
+    Some(RealEstimate::of(&pixels, rays))
+}
+
+impl RealEstimate {
+    /// What all samples come to.
+    pub(super) fn of(pixels: &Image<RealPixel>, rays: u64) -> Self {
+        Self {
+            share: pixels.map(|p| p.real.share(p.samples)),
+            irradiance: pixels.map(|p| p.real.sum / p.samples as f32),
+            change: pixels.map(|p| p.change.sum / p.samples as f32),
+            irradiance_variance: pixels.map(|p| p.real.variance_of_mean()),
+            change_variance: pixels.map(|p| p.change.variance_of_mean()),
+            mirror: pixels.map(|p| p.mirror / p.mirror_rays.max(1) as f32),
+            mirrored: pixels.map(|p| p.mirrored / p.samples as f32),
+            mirrored_mixed: pixels.map(|p| p.mirrored_mixed / p.samples as f32),
+            touched: pixels.map(|p| p.touched),
+            rays,
+        }
+    }
 }
 
 /// Second pass: the pixels of objects, in a `world` that the first pass has updated. `None` if `progress` cancels.
@@ -159,16 +168,22 @@ pub fn trace_virtual<W: RealWorld>(
     let rows = rows(w, h, "virtual pixels", progress, |x, y, rays| pass.virtual_pixel(UVec2::new(x as u32, y as u32), rays))?;
     let rays = rows.iter().map(|r| r.1).sum();
     let pixels = Image::from_vec(w, h, rows.into_iter().flat_map(|r| r.0).collect()).ok()?;
-    let n = params.samples;
-    Some(VirtualEstimate {
-        coverage: pixels.map(|p: Moments| p.share(n)),
-        radiance: pixels.map(|p| p.sum / n as f32),
-        variance: pixels.map(|p| p.variance_of_mean()),
-        rays,
-    })
+    Some(VirtualEstimate::of(&pixels, params.samples, rays))
 }
 
-fn trace_params(params: &Params) -> TraceParams {
+impl VirtualEstimate {
+    /// What all `samples` of each pixel come to.
+    pub(super) fn of(pixels: &Image<Moments>, samples: u32, rays: u64) -> Self {
+        Self {
+            coverage: pixels.map(|p| p.share(samples)),
+            radiance: pixels.map(|p| p.sum / samples as f32),
+            variance: pixels.map(|p| p.variance_of_mean()),
+            rays,
+        }
+    }
+}
+
+pub(super) fn trace_params(params: &Params) -> TraceParams {
     // The updated panorama already shows what the objects change: no second order on top.
     TraceParams { samples: params.samples, bounces: params.bounces, second_order: false, ..TraceParams::default() }
 }
@@ -206,10 +221,10 @@ struct Pass<'a, W> {
 impl<W: RealWorld> Pass<'_, W> {
     fn real_pixel(&self, at: UVec2, rays: &mut u64) -> RealPixel {
         let center = Ray::new(self.frame.camera.position, self.frame.camera.direction(at.as_vec2() + 0.5));
-        // Where objects take little of the light, fewer samples leave as little noise in the picture; a quarter of them at least
-        // measure the irradiance, which is a layer of its own.
+        // Where objects take little of the light, fewer samples leave as little noise in the picture; some of them measure the
+        // irradiance, which is a layer of its own.
         let thinning = match self.world.surface(&center) {
-            Some(hit) => self.tracer.thinning(&First::Real(hit), center.direction, &self.lights).min(4),
+            Some(hit) => self.tracer.thinning(&First::Real(hit), center.direction, &self.lights).min(MOST_THINNING),
             None => 1,
         };
         let mut pixel = RealPixel { samples: self.params.samples.div_ceil(thinning), ..RealPixel::default() };

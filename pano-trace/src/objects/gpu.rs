@@ -16,6 +16,8 @@ pub(crate) const NONE: u32 = u32::MAX;
 const OBJECT_WORDS: u32 = 29;
 const MATERIAL_WORDS: u32 = 25;
 const EMITTER_WORDS: u32 = 14;
+/// Words of an object's move; see [`Objects::pack_moves`].
+pub(crate) const MOVE_WORDS: u32 = 13;
 
 /// Codes of a texel's channel, from 0 on: sixteen bits, a thousand times finer than the eight that most pictures have where they are
 /// bright.
@@ -104,6 +106,20 @@ impl Objects {
             boxes: pack_boxes(&self.boxes, words),
             clusters: pack_balls(&self.clusters, words),
         }
+    }
+
+    /// Adds where the points of each object were `earlier`, by [`Objects::was_at`]: where the table begins.
+    pub(crate) fn pack_moves(&self, earlier: &Self, words: &mut Words) -> u32 {
+        let at = words.at();
+        for (i, now) in self.placed.iter().enumerate() {
+            let then = earlier.placed.get(i).filter(|then| Arc::ptr_eq(&now.mesh, &then.mesh));
+            let moved = then.map(|then| then.world_from_mesh * now.world_from_mesh.inverse());
+            let place = moved.unwrap_or_default();
+            words.matrix(&place.matrix3);
+            words.vec3(place.translation.into());
+            words.word(u32::from(moved.is_some()));
+        }
+        at
     }
 
     /// The hierarchy over them.

@@ -64,9 +64,15 @@ impl Lights {
         Self { points: (0..count).filter_map(drawn).collect() }
     }
 
+    /// How many there are.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn len(&self) -> usize {
+        self.points.len()
+    }
+
     /// Writes them for a shader: where they begin and how many there are.
     #[cfg(feature = "gpu")]
-    pub(super) fn pack(&self, words: &mut pano_core::gpu::Words) -> [u32; 2] {
+    pub(crate) fn pack(&self, words: &mut pano_core::gpu::Words) -> [u32; 2] {
         let at = words.at();
         for (point, r2) in &self.points {
             words.vec3(*point);

@@ -25,11 +25,11 @@ pub(crate) const TESTS: &[Test] = &[
     ("captured::what_does_not_fit_is_refused", what_does_not_fit_is_refused),
 ];
 
-const CAPTURE: Vec3 = Vec3::new(0.1, 1.5, 1.0);
+pub(crate) const CAPTURE: Vec3 = Vec3::new(0.1, 1.5, 1.0);
 /// The lamp is at 12. Of a surface at a gap, rounding may choose the other side: it is another one.
 const APART: Apart = Apart { rest: 1e-4, guides: 500 };
 
-fn room() -> Room {
+pub(crate) fn room() -> Room {
     Room {
         walls: Cuboid { lo: Vec3::new(-2.0, -1.5, -3.0), hi: Vec3::new(2.5, 1.2, 2.0) },
         table: Some(Cuboid { lo: Vec3::new(-1.3, -1.5, -1.9), hi: Vec3::new(-0.2, -0.7, -1.1) }),
@@ -39,13 +39,13 @@ fn room() -> Room {
     }
 }
 
-fn world(objects: &Objects, change: impl Fn(&mut CapturedOptions)) -> CapturedWorld {
+pub(crate) fn world(objects: &Objects, change: impl Fn(&mut CapturedOptions)) -> CapturedWorld {
     let mut options = CapturedOptions { irradiance_width: 64, ..CapturedOptions::default() };
     change(&mut options);
     world_of(&room().depth(128), objects, &options)
 }
 
-fn world_of(depth: &Image<f32>, objects: &Objects, options: &CapturedOptions) -> CapturedWorld {
+pub(crate) fn world_of(depth: &Image<f32>, objects: &Objects, options: &CapturedOptions) -> CapturedWorld {
     let radiance = Arc::new(room().radiance(128));
     CapturedWorld::new(radiance, depth, Quat::from_rotation_y(0.3), CAPTURE, objects.balls(), options, &Silent)
         .expect("nobody cancels")

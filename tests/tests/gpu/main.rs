@@ -11,6 +11,7 @@ mod cross_bilateral;
 mod expand;
 mod firefly;
 mod frames;
+mod iprt;
 mod lens;
 mod light;
 mod march;
@@ -19,6 +20,7 @@ mod mr360;
 mod pipeline;
 mod prelude;
 mod resample;
+mod sequences;
 mod sparse;
 mod support;
 mod temporal;
@@ -56,7 +58,9 @@ fn main() {
         trace::TESTS,
         captured::TESTS,
         mr360::TESTS,
+        iprt::TESTS,
         pipeline::TESTS,
+        sequences::TESTS,
     ]
     .concat();
     let required = std::env::var(REQUIRED).is_ok_and(|v| v == "1");

@@ -14,15 +14,19 @@ pub enum Backend {
 
 /// Stages that can run on a GPU, in the order in which a frame passes them. `expand` is a part of what `--stats` calls `load`;
 /// `trace` is that of the path tracers and of mr360.
-pub const GPU_STAGES: [&str; 14] = [
+pub const GPU_STAGES: [&str; 18] = [
     "expand",
     "view",
     "lights",
     "trace",
+    "g-buffer",
     "sparse mask",
+    "real pixels",
     "interpolation",
     "history real",
     "filter real",
+    "update",
+    "virtual pixels",
     "history virtual",
     "filter virtual",
     "mean",

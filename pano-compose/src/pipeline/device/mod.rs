@@ -1,6 +1,6 @@
 //! Where stages run: the one schedule of both backends.
 //!
-//! Each stage that has a twin is called through a method of [`Device`] (`stages.rs`), which tries the GPU if the stage is to run
+//! Each stage that has a twin is called through a method of [`Device`] (`stages.rs`; those of iprt in `iprt.rs`), which tries the GPU if the stage is to run
 //! there and the CPU otherwise. After each stage its result is on the host, so that whatever happens to a GPU in mid-run, the
 //! next stage goes on from what is done; pictures that the next stage on the GPU wants stay there as well.
 //!
@@ -9,6 +9,7 @@
 mod choice;
 #[cfg(feature = "gpu")]
 mod gpu;
+pub(super) mod iprt;
 mod stages;
 
 pub use choice::{Backend, GPU_STAGES, GpuSettings};
@@ -31,6 +32,9 @@ pub(super) struct Device {
     /// Why a stage was left to the CPU has been told.
     #[cfg(feature = "gpu")]
     told: bool,
+    /// Something of the frame does not fit the GPU, for a pass of iprt at least; it has been told, and the CPU does the others.
+    #[cfg(feature = "gpu")]
+    scene_is_too_large: bool,
 }
 
 impl Device {
@@ -48,14 +52,19 @@ impl Device {
             on_gpu: false,
             #[cfg(feature = "gpu")]
             told: false,
+            #[cfg(feature = "gpu")]
+            scene_is_too_large: false,
         }
     }
 
-    /// Forgets pictures of the frame before.
+    /// Forgets what belongs to the frame before.
     pub(super) fn begin_frame(&mut self) {
         #[cfg(feature = "gpu")]
-        if let gpu::State::Ready(installed) = &mut self.state {
-            installed.layers = None;
+        {
+            self.scene_is_too_large = false;
+            if let gpu::State::Ready(installed) = &mut self.state {
+                (installed.layers, installed.scene) = (None, None);
+            }
         }
     }
 

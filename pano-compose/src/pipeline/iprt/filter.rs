@@ -6,7 +6,7 @@ use glam::Vec3;
 use pano_core::color::luminance;
 use pano_core::image::Image;
 use pano_denoise::{atrous, firefly, temporal};
-use pano_trace::iprt::{GBuffer, RealEstimate, VirtualEstimate};
+use pano_trace::iprt::{GBuffer, Motion, RealEstimate, VirtualEstimate};
 
 /// Base colours below this are not divided by: the filter then works on radiance.
 const LEAST_ALBEDO: f32 = 0.02;
@@ -32,7 +32,7 @@ pub(super) struct Filters<'a> {
     pub(super) buffer: &'a GBuffer,
     pub(super) samples: u32,
     /// Where points were in the frame before, and how far from the camera; `None`: in no frame.
-    pub(super) motion: Option<&'a (Image<glam::Vec2>, Image<f32>)>,
+    pub(super) motion: Option<&'a Motion>,
     /// Nothing moves, so that what mirrors show does not either.
     pub(super) settled: bool,
     /// Where values of real surfaces were interpolated, and how far: [`temporal::Guides::level`].

@@ -15,6 +15,7 @@ mod state;
 pub(super) use state::State;
 
 use super::device::Device;
+use super::device::iprt::{Scene, Shown};
 use super::frame::{Filtered, Frame, View};
 use super::{Clock, Error, Result, World};
 use crate::composite::{Irradiance, delta_from_ratio};
@@ -27,9 +28,8 @@ use pano_core::{
     progress::Progress,
     random::Stream,
 };
-use pano_trace::iprt::{self, GBuffer, RealEstimate, Update, UpdatedWorld};
+use pano_trace::iprt::{self, GBuffer, RealEstimate, Update};
 use pano_trace::sparse;
-use pano_trace::world::CapturedWorld;
 use std::f32::consts::PI;
 
 /// The first look at the change takes this share of the samples.
@@ -67,13 +67,13 @@ struct RealResult {
 /// The stages at work on one frame.
 struct Stages<'a> {
     frame: &'a Frame<'a>,
-    world: &'a CapturedWorld,
+    scene: Scene<'a>,
     params: iprt::Params,
     buffer: GBuffer,
     /// The share of each pixel that shows an object, where samples do not tell it.
     coverage: Option<Image<f32>>,
     /// Where the pixels' points were in the frame before, and how far away.
-    motion: Option<(Image<glam::Vec2>, Image<f32>)>,
+    motion: Option<iprt::Motion>,
     /// Frames since anything has moved.
     still: u32,
     /// The picture from which irradiance is found.
@@ -111,29 +111,31 @@ pub(super) fn trace(
     };
     let samples = frame.scene.render.samples;
     let few = samples < SAMPLES_THAT_COVER;
-    let buffer = GBuffer::new(&traced, world.as_ref());
+    let still = past_frame.as_ref().map_or(0, |p| p.still_until(frame));
+    let (earlier, mut histories, mut update, mut active) = match past_frame {
+        Some(past) => (Some(past.earlier), past.histories, past.update, past.active),
+        None => (None, Histories::default(), Update::default(), Image::filled(w, h, 0)),
+    };
+    let scene = Scene { frame: traced, world, earlier: earlier.as_ref() };
+    let Shown { buffer, motion, coverage } = device.gbuffer(&scene, few)?;
     let stages = Stages {
         frame,
-        world,
+        scene,
         params: iprt::Params {
             samples,
             attempts: if few { ATTEMPTS } else { 1 },
             bounces: frame.scene.render.bounces,
             ..iprt::Params::default()
         },
-        coverage: few.then(|| buffer.coverage(&traced, world.as_ref())),
-        motion: past_frame.as_ref().map(|p| iprt::motion(&buffer, &frame.camera, frame.objects, &p.earlier)),
-        still: past_frame.as_ref().map_or(0, |p| p.still_until(frame)),
+        coverage,
+        motion,
+        still,
         buffer,
         lit: lighting.as_ref().unwrap_or(&photo),
         pixels: (w * h) as u64,
     };
-    clock.stage("g-buffer", stages.pixels, stages.pixels);
+    clock.stage_on(device.last(), "g-buffer", stages.pixels, stages.pixels);
 
-    let (mut histories, mut update, mut active) = match past_frame {
-        Some(past) => (past.histories, past.update, past.active),
-        None => (Histories::default(), Update::default(), Image::filled(w, h, 0)),
-    };
     let levels = if frame.options.settings.sparse && stages.motion.is_some() {
         let (position, normal) = (&stages.buffer.position, &stages.buffer.normal);
         let levels = device.sparse_levels(&sparse::Params::default(), position, normal, &active)?;
@@ -153,9 +155,9 @@ pub(super) fn trace(
     let real = stages.real(&traced, &stages.params, &update, &levels, &mut histories, device, clock, warnings, progress)?;
     sparse::update_activity(&sparse::Params::default(), &levels, &real.touched, &mut active);
 
-    let updated = UpdatedWorld::new(stages.world, traced.capture, &real.update);
-    let mut seen = iprt::trace_virtual(&traced, &updated, &stages.params, progress).ok_or(Error::Cancelled)?;
-    clock.stage("virtual pixels", stages.pixels, seen.rays);
+    let seen = device.trace_virtual(&stages.scene, &real.update, &stages.params, progress)?;
+    let mut seen = seen.ok_or(Error::Cancelled)?;
+    clock.stage_on(device.last(), "virtual pixels", stages.pixels, seen.rays);
     let mut filters = stages.filters(samples, device, "history virtual");
     if frame.options.denoise {
         filters.tame_seen(&mut seen, warnings)?;
@@ -209,10 +211,10 @@ impl Stages<'_> {
         warnings: &mut Vec<String>,
         progress: &dyn Progress,
     ) -> Result<RealResult> {
-        let updated = UpdatedWorld::new(self.world, traced.capture, known);
         let wanted = |x: usize, y: usize| sparse::is_traced(levels.get(x, y), x, y);
-        let mut real = iprt::trace_real(traced, &updated, params, None, wanted, progress).ok_or(Error::Cancelled)?;
-        clock.stage("real pixels", self.pixels, real.rays);
+        let real = device.trace_real(&self.scene, traced, known, params, wanted, progress)?;
+        let mut real = real.ok_or(Error::Cancelled)?;
+        clock.stage_on(device.last(), "real pixels", self.pixels, real.rays);
         if levels.data().iter().any(|&l| l > 0) {
             self.fill(levels, &mut real, device)?;
             clock.stage_on(device.last(), "interpolation", self.pixels, 0);
@@ -252,8 +254,8 @@ impl Stages<'_> {
         clock.stage_on(filters.device.last(), "history real", self.pixels, 0);
         let ratio = irradiance.ratio(self.lit, cap)?;
         let size = self.frame.inputs.photo.size();
-        let update = iprt::panorama_update(traced, self.world, &self.buffer, &ratio, &gloss, size);
-        clock.stage("update", self.pixels, 0);
+        let update = filters.device.panorama_update(&self.scene, &self.buffer, &ratio, &gloss, size)?;
+        clock.stage_on(filters.device.last(), "update", self.pixels, 0);
         Ok(RealResult { irradiance, ratio, mirror, update, touched: real.touched })
     }
 

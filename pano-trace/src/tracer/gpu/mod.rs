@@ -8,7 +8,7 @@
 //! where an object hides it, as nothing of it is used. What a shader does not have is told by [`missing`], and the CPU does it.
 
 pub(crate) mod scene;
-mod wave;
+pub(crate) mod wave;
 
 pub use wave::{GpuHit, SHADER as WAVE, captured_hits, render_captured};
 
@@ -60,7 +60,7 @@ struct Started {
 }
 
 /// Where the objects' change comes from.
-const AIM: Piece = Piece {
+pub(crate) const AIM: Piece = Piece {
     text: include_str!("aim.wgsl"),
     constants: || {
         vec![
@@ -85,19 +85,16 @@ const AIM: Piece = Piece {
 };
 
 /// The bit of every question.
-const ASKS: u32 = 1;
+pub(crate) const ASKS: u32 = 1;
 
-/// Samples on their way from ray to ray.
-const WALK: Piece = Piece {
-    text: concat!(
-        include_str!("frame.wgsl"),
-        include_str!("walk.wgsl"),
-        include_str!("point.wgsl"),
-        include_str!("vertex.wgsl"),
-        include_str!("turn.wgsl"),
-    ),
+/// Paths on their way from ray to ray, for shaders to include after [`AIM`].
+pub(crate) const PATHS: Piece = Piece {
+    text: concat!(include_str!("frame.wgsl"), include_str!("walk.wgsl"), include_str!("path.wgsl"), include_str!("vertex.wgsl"),),
     constants: || vec![Constant::u32("ASKS", ASKS)],
 };
+
+/// Samples on their way from ray to ray, for shaders to include after [`PATHS`].
+const TURNS: Piece = Piece::plain(concat!(include_str!("point.wgsl"), include_str!("turn.wgsl")));
 
 /// `trace.wgsl`, with what comes before it.
 pub static SHADER: Shader = Shader {
@@ -119,7 +116,8 @@ pub static SHADER: Shader = Shader {
         PROXIES,
         VIEW,
         AIM,
-        WALK,
+        PATHS,
+        TURNS,
         Piece::plain(include_str!("trace.wgsl")),
     ],
     // Of the many combinations the ends: each method with all effects, and with none.
@@ -267,7 +265,7 @@ fn traced(camera: &Camera, pixels: &[Started]) -> Traced {
 }
 
 /// What this scene calls for over any world; the rest is not compiled.
-fn specialize(objects: &Objects, world: &impl RealWorld, params: &TraceParams) -> Vec<(&'static str, f64)> {
+pub(crate) fn specialize(objects: &Objects, world: &impl RealWorld, params: &TraceParams) -> Vec<(&'static str, f64)> {
     let method = match params.method {
         Method::Dpt => 0,
         Method::OnePass => 1,

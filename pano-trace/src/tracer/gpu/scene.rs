@@ -8,7 +8,7 @@ use crate::objects::gpu::{NONE, PackedObjects};
 use crate::world::gpu::GpuWorld;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use pano_core::camera::Projection;
+use pano_core::camera::{Camera, Projection};
 use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, Piece, Rows, Words};
 use std::ops::Range;
 
@@ -25,10 +25,28 @@ pano_core::uniform! {
         pad: u32,
         focal: [f32; 2],
         center: [f32; 2],
-        stream: [u32; 2],
+        pub(crate) stream: [u32; 2],
         roots: [u32; 2],
         emitters: [u32; 2],
         balls: [u32; 2],
+    }
+}
+
+impl View {
+    /// A camera, without a scene.
+    pub(crate) fn of(camera: &Camera) -> Self {
+        let (focal, center) = camera.intrinsics().unwrap_or_default();
+        let [right, up, back] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| camera.world_from_camera * axis);
+        Self {
+            position: camera.position,
+            panorama: u32::from(camera.projection == Projection::Panorama),
+            right,
+            up,
+            back,
+            focal: focal.to_array(),
+            center: center.to_array(),
+            ..Self::zeroed()
+        }
     }
 }
 
@@ -92,24 +110,14 @@ impl<U> GpuScene<U> {
         let packed = frame.objects.pack(&mut words);
         let world = world.pack(&mut words, &mut pictures);
         let more = more(&packed, &mut words, &mut pictures);
-        let camera = frame.camera;
-        let (focal, center) = camera.projection.intrinsics((camera.width, camera.height)).unwrap_or_default();
-        let [right, up, back] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| camera.world_from_camera * axis);
         let view = View {
-            position: camera.position,
-            panorama: u32::from(camera.projection == Projection::Panorama),
-            right,
             objects: packed.objects,
-            up,
             boxes: packed.boxes,
-            back,
-            pad: 0,
-            focal: focal.to_array(),
-            center: center.to_array(),
             stream: [frame.stream.frame, frame.stream.seed],
             roots: [tlas.roots()[0], tlas.roots().get(1).copied().unwrap_or(NONE)],
             emitters: packed.emitters,
             balls: packed.balls,
+            ..View::of(frame.camera)
         };
         let (words, pictures) = (gpu.upload_slice(&words.finish())?, gpu.upload_slice(&pictures)?);
         Ok((Self { view, world, tlas, words, pictures }, more))

@@ -9,32 +9,13 @@
 
 var<private> texel: vec2i;
 var<private> started: Started;
-var<private> pixel: Pixel;
 // The sample in hand, and before which one to stop.
 var<private> number: u32;
 var<private> last: u32;
-var<private> numbers: Sampler;
-var<private> total: vec3f;
 var<private> shows_object: bool;
-var<private> ray: Quest;
-var<private> job: u32;
-var<private> path: Path;
-var<private> light: Light;
 var<private> later: Later;
 var<private> mirror: Mirror;
 var<private> point: Point;
-
-fn draw() -> vec4f {
-    var state = numbers;
-    let drawn = next_4d(&state);
-    numbers = state;
-    return drawn;
-}
-
-fn send(what_for: u32, origin: vec3f, direction: vec3f) {
-    job = what_for;
-    ray = Quest(origin, NEVER, direction, 0u, vec3f(0.0), AT_ANYTHING);
-}
 
 // Begins the next sample that can find something; false if there is none.
 fn begin_sample() -> bool {
@@ -73,16 +54,14 @@ fn question() -> u32 {
     if job == IDLE {
         return 0u;
     }
-    let on_path = job == CAMERA || job == PATH || job == SHADOW;
-    var asks = ASKS | select(0u, FOR_OBJECTS, !on_path || path.mixed == 1u);
+    if job == PATH || job == SHADOW || job == AIMED {
+        return path_question();
+    }
+    var asks = ASKS | select(0u, FOR_OBJECTS, job != CAMERA || path.mixed == 1u);
     let far = ray.aimed == AT_INFINITY;
     switch job {
         case CAMERA: {
             asks |= AS_SHOWN;
-        }
-        case SHADOW: {
-            // Whether what lies there is nearer than an object, is told by comparing them.
-            asks |= select(0u, FOR_ANY | UNLESS_MET, far);
         }
         case BLOCKED, LIGHT_PAIR: {
             asks |= IF_MET | BEHIND_OBJECTS | select(0u, FOR_ANY, far || (job == BLOCKED && ray.aimed == AT_SURFACE));
@@ -151,25 +130,8 @@ fn reckon(answer: Answer, first: ptr<function, First>, effort: ptr<function, Eff
             }
             return DONE;
         }
-        case PATH: {
-            return AT_VERTEX;
-        }
-        case SHADOW: {
-            let pdf = world_share(path.mixed) * answer.pdf;
-            if answer.known && what != OBJECT && pdf > 0.0 {
-                total += light.value * answer.light / select(pdf, pdf + light.pdf, MIS == BALANCE);
-            }
-            return GO_ON;
-        }
-        case AIMED: {
-            if EMITTERS && what == OBJECT && answer.object.t >= light.distance * 0.999 {
-                let pdf = (1.0 - world_share(path.mixed)) * emitter_pdf(objects(), answer.object, ray.direction);
-                if pdf > 0.0 {
-                    let density = select(pdf, pdf + light.pdf, MIS == BALANCE);
-                    total += light.value * surface_at(objects(), answer.object, ray.direction).emission / density;
-                }
-            }
-            return GO_ON;
+        case PATH, SHADOW, AIMED: {
+            return reckon_path(answer, what);
         }
         case BLOCKED: {
             // What is aimed at anything may lie before the object.
@@ -270,7 +232,7 @@ fn reckon_pair(answer: Answer, first: ptr<function, First>, effort: ptr<function
 
 // Light at the end of a path that goes no farther.
 fn end_path(answer: Answer, first: First, weight: f32, effort: ptr<function, Effort>) -> u32 {
-    total += path.outer * path.throughput * answer.light * weight;
+    add_end(answer, weight);
     if CAPTURED && SECOND_ORDER && first.what == REAL && path.mixed == 1u && path.remaining > 0u {
         path.outer *= path.throughput;
         *effort = of_a_paths_end();
@@ -281,13 +243,7 @@ fn end_path(answer: Answer, first: First, weight: f32, effort: ptr<function, Eff
 
 // Takes the answer to what was asked of the ray in hand, none if there was none; false if that was the end of the last sample.
 fn turn(answer: Answer) -> bool {
-    let met = answer.object.instance != NOTHING;
-    var first = First(INFINITY, answer.object, answer.real, ray.direction);
-    if answer.real.exists && (!met || answer.real.t < answer.object.t) {
-        first.what = REAL;
-    } else if met {
-        first.what = OBJECT;
-    }
+    var first = first_of(answer);
     count_rays(answer);
     let was = job;
     var effort = of_a_paths_end();

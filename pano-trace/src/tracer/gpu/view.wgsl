@@ -65,6 +65,21 @@ fn camera_direction(at: vec2f) -> vec3f {
     return view.right * local.x + view.up * local.y + view.back * local.z;
 }
 
+// Where a picture shows a direction, in pixels.
+struct InView {
+    at: vec2f,
+    exists: bool,
+}
+
+// Where a view of `size` pixels shows the world direction `d`; see Camera::pixel.
+fn view_pixel(view: View, size: vec2f, d: vec3f) -> InView {
+    let local = vec3f(dot(view.right, d), dot(view.up, d), dot(view.back, d));
+    if view.panorama == 1u {
+        return InView(uv_from_direction(local) * size, true);
+    }
+    return InView(view.center + view.focal * vec2f(local.x, -local.y) / -local.z, local.z < 0.0);
+}
+
 // A ball's centre and radius.
 fn ball_at(begin: u32, i: u32) -> vec4f {
     return vec4f(vec3_at(begin + 4u * i), number_at(begin + 4u * i + 3u));

@@ -59,6 +59,9 @@ const UNLESS_MET: u32 = 16u;
 const BEHIND_OBJECTS: u32 = 32u;
 // It is the camera's: the picture may show another surface than lies there.
 const AS_SHOWN: u32 = 64u;
+// What it meets is to show what objects have changed of it; what it mirrors goes by the normal just there, as light samples do.
+const AS_UPDATED: u32 = 512u;
+const BY_FACET: u32 = 1024u;
 
 // Whether the real world is asked.
 fn asks_world(asks: u32, met: bool) -> bool {

@@ -150,7 +150,7 @@ fn is_reached(world: World, found: Found, position: vec3f, aimed: u32, goal: vec
     return found.exists && !found.hidden && dot(off, off) < tolerance * tolerance;
 }
 
-// A back face that is being lit.
+// A back face that is being lit, or a surface that is asked for its mirror image.
 struct Relit {
     // Where its rays begin, in the world, and which pair of them is under way.
     start: vec3f,
@@ -162,11 +162,17 @@ struct Relit {
     own: vec3f,
     aimed: u32,
     scale: vec3f,
-    pad1: u32,
+    // What it is to count, if a mirror shows it.
+    gloss: f32,
     received: vec3f,
-    pad2: u32,
+    pad1: u32,
     goal: vec3f,
+    pad2: u32,
+    position: vec3f,
     pad3: u32,
+    // What a surface that objects have `changed` showed without them.
+    before: vec3f,
+    changed: u32,
 }
 
 // A back face at `position`, made of what `found` shows of its front; see CapturedWorld::relit.
@@ -176,6 +182,7 @@ fn relit_of(world: World, found: Found, position: vec3f, normal: vec3f, front: F
     let received = irradiance_at(world, front.at, front.normal);
     let reflectance = reflectance_from(shown_, received, world.cap);
     let white = received / PI;
+    relit.position = position;
     relit.start = world_leave(world, RealHit(position, 0.0, normal, HIDDEN_SIDE, vec3f(0.0), true));
     relit.normal = normal;
     relit.own = max(min(shown_, white) - reflectance * white, vec3f(0.0)) + max(shown_ - white, vec3f(0.0)) * GLOW;
@@ -193,10 +200,10 @@ fn cell_around(place: vec3f) -> vec3u {
     return bitcast<vec3u>(vec3i(floor(place * scale)));
 }
 
-// The next ray that lights it; not followed if there is none. `position` draws the random numbers.
-fn next_way(world: World, relit: ptr<function, Relit>, position: vec3f) -> Way {
+// The next ray that lights it; not followed if there is none. Its place draws the random numbers.
+fn next_way(world: World, relit: ptr<function, Relit>) -> Way {
     while (*relit).pair < world.hidden_samples {
-        let cell = cell_around(position - world.capture);
+        let cell = cell_around((*relit).position - world.capture);
         var numbers = sampler_of(cell.xy, (*relit).pair, 0xffffffffu, cell.z);
         let u = next_4d(&numbers);
         let second = (*relit).second == 1u;

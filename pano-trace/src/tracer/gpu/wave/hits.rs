@@ -1,7 +1,7 @@
 //! Single rays in a captured field.
 
 use super::Held;
-use super::layout::{ASKED, Asked, Quest, REAL_EXISTS, REAL_HIDDEN, Told};
+use super::follow::{ASKED, Asked, Quest, REAL_EXISTS, REAL_HIDDEN, Told};
 use crate::bvh::Ray;
 use crate::objects::Objects;
 use crate::tracer::gpu::{ASKS, Started};

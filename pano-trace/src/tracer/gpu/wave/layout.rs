@@ -1,7 +1,8 @@
 //! The kernels of the tracers over captured radiance: their shader, what they bind, and what pixels under way take in memory.
 
 use super::super::scene::{VIEW, View};
-use super::super::{AIM, WALK};
+use super::super::{AIM, PATHS, TURNS};
+use super::follow::{self, ASKED, Entry, FIELD, FOLLOW, NONE};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
 use crate::bvh::gpu::{RAY, TRAVERSAL};
 use crate::cone::CONES;
@@ -9,10 +10,8 @@ use crate::objects::gpu::OBJECTS;
 use crate::prt::gpu::{Field, MARCHING};
 use crate::world::captured::gpu::{CAPTURED, World};
 use crate::world::gpu::ENVIRONMENT;
-use bytemuck::Zeroable;
-use glam::Vec3;
 use pano_core::distribution::gpu::DISTRIBUTION;
-use pano_core::gpu::{COLOR, Constant, IMAGE, Layout, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader, Specialization, WORDS};
+use pano_core::gpu::{COLOR, IMAGE, Layout, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader, Specialization, WORDS};
 
 pano_core::uniform! {
     /// `Wave` of the shader.
@@ -27,52 +26,6 @@ pano_core::uniform! {
         pub(super) most_waiting: u32,
         pub(super) clusters: [u32; 2],
         pub(super) lights: [u32; 2],
-    }
-}
-
-pano_core::uniform! {
-    /// `Quest` of the shader.
-    pub(crate) struct Quest {
-        pub(super) origin: Vec3,
-        pub(super) limit: f32,
-        pub(super) direction: Vec3,
-        pub(super) asks: u32,
-        pub(super) goal: Vec3,
-        pub(super) aimed: u32,
-    }
-}
-
-pano_core::uniform! {
-    /// `Told` of the shader.
-    pub(crate) struct Told {
-        pub(super) position: Vec3,
-        pub(super) t: f32,
-        pub(super) normal: Vec3,
-        pub(super) what: u32,
-        pub(super) radiance: Vec3,
-        pub(super) pdf: f32,
-    }
-}
-
-/// Bits of [`Told::what`]: there is a surface, and it is only assumed.
-pub(super) const REAL_EXISTS: u32 = 1;
-pub(super) const REAL_HIDDEN: u32 = 2;
-
-pano_core::uniform! {
-    /// `Asked` of the shader. What is between the question and the answer is none of the host's.
-    pub(crate) struct Asked {
-        pub(super) quest: Quest,
-        object: [u32; 8],
-        way: [u32; 8],
-        met: [u32; 12],
-        pub(super) told: Told,
-    }
-}
-
-impl Asked {
-    /// A question without an answer.
-    pub(super) fn of(quest: Quest) -> Self {
-        Self { quest, ..Zeroable::zeroed() }
     }
 }
 
@@ -118,24 +71,6 @@ pano_core::uniform! {
     }
 }
 
-pano_core::uniform! {
-    /// `Relit` of the shader; only its size matters here.
-    pub(crate) struct Relit {
-        start: [u32; 3],
-        pair: u32,
-        normal: [u32; 3],
-        second: u32,
-        own: [u32; 3],
-        aimed: u32,
-        scale: [u32; 3],
-        pad1: u32,
-        received: [u32; 3],
-        pad2: u32,
-        goal: [u32; 3],
-        pad3: u32,
-    }
-}
-
 /// `wave.wgsl`, with what comes before it.
 pub static SHADER: Shader = Shader {
     name: "wave",
@@ -158,11 +93,10 @@ pub static SHADER: Shader = Shader {
         CAPTURED,
         VIEW,
         AIM,
-        WALK,
-        Piece {
-            text: include_str!("wave.wgsl"),
-            constants: || vec![Constant::u32("REAL_EXISTS", REAL_EXISTS), Constant::u32("REAL_HIDDEN", REAL_HIDDEN)],
-        },
+        PATHS,
+        TURNS,
+        FOLLOW,
+        Piece::plain(include_str!("wave.wgsl")),
     ],
     // Of the many combinations the ends: each method with all effects, and with none.
     specializations: &[
@@ -193,28 +127,16 @@ const LEAST: &[(&str, f64)] = &[
     ("EVERYWHERE", 1.0),
 ];
 
-/// A kernel: its entry point, what it binds, and on which of the scene's constants it depends (`None`: all).
-pub(super) type Entry = (&'static str, &'static [u32], Option<&'static [&'static str]>);
-
-pub(super) const SIGHT: Entry = ("sight", &[ASKED], NONE);
-pub(super) const ENCOUNTER: Entry = ("encounter", &[1, 2, 3, ASKED, COUNTS], NONE);
-pub(super) const MARCH: Entry = ("march", &[ASKED, FIELD, FIELD + 1, FIELD + 2, FIELD + 3], NONE);
-pub(super) const TELL: Entry = ("tell", &[4, 5, ASKED, FIELD, FIELD + 1, RELITS], Some(&["LIT"]));
 pub(super) const START: Entry = ("start", &[4, PIXELS, ASKED], None);
 pub(super) const BEGIN: Entry = ("begin", &[PIXELS, ASKED, LANES], NONE);
 pub(super) const ADVANCE: Entry = ("advance", &[4, 5, PIXELS, ASKED, LANES, WAITING, FIELD, FIELD + 1], None);
 
-const NONE: Option<&[&str]> = Some(&[]);
 pub(super) const PIXELS: u32 = 6;
-pub(super) const ASKED: u32 = 7;
 pub(super) const LANES: u32 = 8;
 pub(super) const WAITING: u32 = 9;
-pub(super) const FIELD: u32 = 10;
-pub(super) const RELITS: u32 = 14;
-pub(super) const COUNTS: u32 = 15;
 
 /// Structures of the shader.
 pub(crate) fn layouts() -> Vec<(&'static Shader, Layout)> {
-    let layouts = [Wave::LAYOUT, World::LAYOUT, Field::LAYOUT, Quest::LAYOUT, Told::LAYOUT, Asked::LAYOUT, Point::LAYOUT];
-    layouts.into_iter().chain([Lane::LAYOUT, Relit::LAYOUT]).map(|layout| (&SHADER, layout)).collect()
+    let layouts = [Wave::LAYOUT, World::LAYOUT, Field::LAYOUT, Point::LAYOUT, Lane::LAYOUT];
+    layouts.into_iter().chain(follow::LAYOUTS).map(|layout| (&SHADER, layout)).collect()
 }

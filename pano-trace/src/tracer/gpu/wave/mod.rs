@@ -7,6 +7,7 @@
 //!
 //! The panorama, its depth and what is measured of its light must each fit a binding of the GPU.
 
+pub(crate) mod follow;
 mod hits;
 pub(crate) mod layout;
 
@@ -19,15 +20,10 @@ use crate::prt::gpu::GpuDepthField;
 use crate::tracer::{Frame, Lights, Method, TraceParams, Traced};
 use crate::world::CapturedWorld;
 use crate::world::captured::gpu::World;
-use layout::{
-    ADVANCE, ASKED, Asked, BEGIN, COUNTS, ENCOUNTER, Entry, FIELD, LANES, Lane, MARCH, PIXELS, Point, RELITS, Relit, SIGHT,
-};
-use layout::{START, TELL, WAITING, Wave};
-use pano_core::gpu::{Gpu, GpuBuffer, GpuResult, Kernel, Rows, flag};
+use follow::{ASKED, Asked, Entry, FIELD, Kernels, RELITS, Relit, SIGHT};
+use layout::{ADVANCE, BEGIN, LANES, Lane, PIXELS, Point, START, WAITING, Wave};
+use pano_core::gpu::{Gpu, GpuBuffer, GpuResult, Rows, flag};
 use pano_core::progress::Progress;
-
-/// Turns after which the rays under way are counted, at most: turns in which there are none cost little.
-const TURNS: usize = 16;
 
 /// [`crate::tracer::render`] of a captured field on the GPU, in bands of rows. `None` if `progress` cancels.
 ///
@@ -54,11 +50,11 @@ pub fn render_captured(
     for rows in cut.bands().map(|band| cut.rows(&band)) {
         let count = rows.pixels();
         let band = held.band(rows, gpu.buffer::<Started>(count)?, gpu.buffer::<Asked>(count)?)?;
-        band.run(SIGHT, 0, None)?;
+        band.run(SIGHT)?;
         if !band.follow(&[], progress)? {
             return Ok(None);
         }
-        band.run(START, 0, None)?;
+        band.run(START)?;
         pixels.extend(gpu.read_slice::<Started>(band.buffer(PIXELS), count)?);
         progress.advance(u64::from(rows.count));
     }
@@ -67,7 +63,7 @@ pub fn render_captured(
         let rows = cut.rows(&range);
         let in_band = &mut pixels[range.start * width..range.end * width];
         let band = held.band(rows, gpu.upload_slice(in_band)?, gpu.buffer::<Asked>(rows.pixels())?)?;
-        band.run(BEGIN, 0, None)?;
+        band.run(BEGIN)?;
         if !band.follow(&[ADVANCE], progress)? {
             return Ok(None);
         }
@@ -138,47 +134,31 @@ struct Band<'a> {
 }
 
 impl Band<'_> {
-    /// All that kernels can bind; `counts` of the rays in each turn.
-    fn buffers<'b>(&'b self, counts: Option<&'b GpuBuffer>) -> impl Iterator<Item = (u32, &'b GpuBuffer)> {
-        let own = self.own.iter().map(|(number, buffer)| (*number, buffer));
-        let shared = self.held.scene.bindings().chain(self.held.field.bindings(FIELD));
-        shared.chain(own).chain(counts.map(|counts| (COUNTS, counts)))
-    }
-
     /// What is bound at `number`.
     ///
     /// # Panics
     /// If nothing is.
     fn buffer(&self, number: u32) -> &GpuBuffer {
-        self.buffers(None).find(|b| b.0 == number).map(|b| b.1).expect("the number is one of a band's own")
+        self.own.iter().find(|b| b.0 == number).map(|b| &b.1).expect("the number is one of a band's own")
     }
 
-    /// Runs a kernel; in which turn, and where rays are counted.
-    fn run(&self, (entry, bound, depends): Entry, turn: usize, counts: Option<&GpuBuffer>) -> GpuResult<()> {
-        let buffers: Vec<(u32, &GpuBuffer)> = self.buffers(counts).filter(|(number, _)| bound.contains(number)).collect();
-        let constants = self.held.constants.iter().filter(|(name, _)| depends.is_none_or(|names| names.contains(name)));
-        let constants: Vec<(&'static str, f64)> = constants.copied().collect();
-        let kernel = Kernel { shader: &SHADER, entry, constants: &constants };
-        let uniform = Wave { rows: self.rows, turn: turn as u32, ..self.held.uniform };
-        self.held.gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, self.rows.groups())
+    fn kernels(&self) -> Kernels<'_> {
+        let own = self.own.iter().map(|(number, buffer)| (*number, buffer));
+        let buffers = self.held.scene.bindings().chain(self.held.field.bindings(FIELD)).chain(own).collect();
+        Kernels { gpu: self.held.gpu, shader: &SHADER, constants: &self.held.constants, buffers, rows: self.rows }
+    }
+
+    fn uniform(&self, turn: u32) -> Wave {
+        Wave { rows: self.rows, turn, ..self.held.uniform }
+    }
+
+    /// Runs a kernel.
+    fn run(&self, entry: Entry) -> GpuResult<()> {
+        self.kernels().run(entry, bytemuck::bytes_of(&self.uniform(0)))
     }
 
     /// Answers all rays, with `then` after each turn, until there are none; false if `progress` cancels.
     fn follow(&self, then: &[Entry], progress: &dyn Progress) -> GpuResult<bool> {
-        let gpu = self.held.gpu;
-        let mut turns = 2;
-        while !progress.cancelled() {
-            let counts = gpu.upload_slice(&vec![0u32; turns])?;
-            for turn in 0..turns {
-                for entry in [ENCOUNTER, MARCH, TELL].iter().chain(then) {
-                    self.run(*entry, turn, Some(&counts))?;
-                }
-            }
-            if gpu.read_slice::<u32>(&counts, turns)?.last() == Some(&0) {
-                return Ok(true);
-            }
-            turns = (2 * turns).min(TURNS);
-        }
-        Ok(false)
+        self.kernels().follow(then, |turn| self.uniform(turn), progress)
     }
 }
