@@ -39,6 +39,8 @@ const MORE: u32 = 16;
 const PREPARATION_SHARE: f64 = 0.4;
 /// One sample should take less than this share of the budget, where a cheaper preparation can make it.
 const ROOM: f64 = 0.8;
+/// …and less than this one where only a method that shows less would be faster.
+const ROOM_OF_A_METHOD: f64 = 0.95;
 /// Samples of each half of the reference that errors are calibrated against.
 const REFERENCE: u32 = 96;
 /// Bounces of that reference, at least.
@@ -116,7 +118,11 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
         one = time(bench, &prepared, 1)?.min(time(bench, &prepared, 1)?);
         // Where another method is at hand, a handful of samples or it.
         let other = prepared.method == base.method && prepared_by_cost.iter().any(|next| next.method != base.method);
-        let fits = if other { one < budget_ms && time(bench, &prepared, FEW)? <= budget_ms } else { one < ROOM * budget_ms };
+        let room = match prepared_by_cost.last() {
+            Some(next) if next.method != prepared.method => ROOM_OF_A_METHOD,
+            _ => ROOM,
+        };
+        let fits = if other { one < budget_ms && time(bench, &prepared, FEW)? <= budget_ms } else { one < room * budget_ms };
         if fits {
             break;
         }
