@@ -91,12 +91,12 @@ const FEW: usize = 4;
 /// …and those with fewer than this beside them to compare with stay what they are.
 const ENOUGH: usize = 3;
 /// What an object shows at its rim may be this many times what it shows beside it…
-const AT_RIMS: f32 = 1.25;
+const AT_RIMS: f32 = 2.0;
 /// …and inside no less than this share: lamps in mirrors are bright.
 const DARK: f32 = 0.5;
 
 /// Takes what the filter had nothing to average with, single pixels at the rims of things, back among their neighbours, which get
-/// what it takes away. No change of real surfaces, as a share of the photo, goes beyond all of those beside it; where few of them
+/// what it takes away. No change of real surfaces that no object covers, as a share of the photo, goes beyond all of those beside it; where few of them
 /// are of the same surface, it is their median. Objects show at their rims nothing beyond what they show beside it; inside,
 /// single pixels may be right (a lamp in a mirror). Pixels without change keep that. For after the filter; columns wrap if `wrap`.
 pub(super) fn nothing_stands_alone(layers: &mut TracedLayers, photo: &RadianceImage, wrap: bool) {
@@ -107,10 +107,10 @@ pub(super) fn nothing_stands_alone(layers: &mut TracedLayers, photo: &RadianceIm
         (coverage(at) > 0.0 && coverage(at) < 1.0) || around((w, h), wrap, at, 1).filter(same).count() <= FEW
     };
 
-    let behind = |at: (usize, usize)| photo.get(at.0, at.1).max(Vec3::splat(1e-6)) * (1.0 - coverage(at));
+    let behind = |at: (usize, usize)| photo.get(at.0, at.1).max(Vec3::splat(1e-6));
     let shares = Neighbours { wrap, layer: &layers.delta, unit: &behind, least: -1.0, known: &|at| coverage(at) == 0.0 };
-    let delta = shares.settled(|at| match layers.delta.get(at.0, at.1) != Vec3::ZERO && coverage(at) < 1.0 {
-        true if coverage(at) == 0.0 && few(at) => Bound::Median,
+    let delta = shares.settled(|at| match layers.delta.get(at.0, at.1) != Vec3::ZERO && coverage(at) == 0.0 {
+        true if few(at) => Bound::Median,
         true => Bound::Within(1.0, 1.0),
         false => Bound::None,
     });

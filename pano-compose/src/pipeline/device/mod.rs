@@ -57,6 +57,14 @@ impl Device {
         }
     }
 
+    /// What a GPU holds of the frame's layers is old: something has worked on them on the host.
+    pub(super) fn layers_have_changed(&mut self) {
+        #[cfg(feature = "gpu")]
+        if let gpu::State::Ready(installed) = &mut self.state {
+            installed.layers = None;
+        }
+    }
+
     /// Forgets what belongs to the frame before.
     pub(super) fn begin_frame(&mut self) {
         #[cfg(feature = "gpu")]
