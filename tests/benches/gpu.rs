@@ -184,7 +184,7 @@ fn filters(gpu: &Gpu, pixels: f64) {
 
     let (mut a, mut b) = (Composite::new(w, h), Composite::new(w, h));
     let cpu = || consume(composite::composite(&photo, &layers, &mut a).unwrap());
-    let on_gpu = || consume(composite::gpu::composite_pictures(gpu, &photo, &layers, None, &mut b).unwrap());
+    let on_gpu = || consume(composite::gpu::composite_pictures(gpu, &photo, &layers, &mut b).unwrap());
     row(gpu, "composite", 40.0 * pixels, cpu, on_gpu);
 
     let params = lens::Params { bloom: 0.1, glare: 0.1, threshold: 0.5, everything: true, ..lens::Params::default() };

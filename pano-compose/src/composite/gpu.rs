@@ -95,27 +95,17 @@ impl GpuComposite {
     }
 }
 
-/// [`super::composite`] of pictures of any size, in bands. `held` are the same layers where a stage before has left them on the
-/// GPU, in one piece.
+/// [`super::composite`] of pictures of any size, in bands.
 ///
 /// # Errors
 /// As [`composite`].
-pub fn composite_pictures(
-    gpu: &Gpu,
-    photo: &RadianceImage,
-    layers: &TracedLayers,
-    held: Option<&GpuLayers>,
-    out: &mut Composite,
-) -> GpuResult<Clamped> {
+pub fn composite_pictures(gpu: &Gpu, photo: &RadianceImage, layers: &TracedLayers, out: &mut Composite) -> GpuResult<Clamped> {
     super::check_sizes(photo, layers, out)?;
     let floor = floor(photo);
     let mut sum = Clamped::default();
     for band in gpu.bands(photo.size(), GpuLayers::PIXEL_BYTES, 0)? {
         let photo = gpu.upload_rows(photo, &band.hold)?;
-        let made = match held {
-            Some(held) => composite(gpu, &photo, floor, held)?,
-            None => composite(gpu, &photo, floor, &GpuLayers::upload(gpu, layers, &band.hold)?)?,
-        };
+        let made = composite(gpu, &photo, floor, &GpuLayers::upload(gpu, layers, &band.hold)?)?;
         gpu.read_rows(&made.color, &band.keep, &mut out.color)?;
         gpu.read_rows(&made.multiplier, &band.keep, &mut out.multiplier)?;
         let clamped = made.clamped(gpu)?;

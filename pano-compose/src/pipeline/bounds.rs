@@ -1,5 +1,6 @@
 //! What the traced layers can be: light is not negative. Noise is bounded before it is filtered, which would spread it.
 
+use super::strays::around;
 use glam::Vec3;
 use pano_core::color::luminance;
 use pano_core::image::{Image, RadianceImage};
@@ -24,13 +25,11 @@ pub(super) fn objects_are_not_darker_than_black(layers: &mut TracedLayers) {
             return object.max(Vec3::ZERO);
         }
         let mut darkest: Option<Vec3> = None;
-        for j in y.saturating_sub(1)..(y + 2).min(h) {
-            for i in x.saturating_sub(1)..(x + 2).min(w) {
-                let (other, share) = (layers.object.get(i, j), layers.coverage.get(i, j));
-                let shown = other.max(Vec3::ZERO) / share;
-                if share > 0.0 && luminance(other) >= 0.0 && darkest.is_none_or(|d| luminance(shown) < luminance(d)) {
-                    darkest = Some(shown);
-                }
+        for (i, j) in around((w, h), false, (x, y), 1) {
+            let (other, share) = (layers.object.get(i, j), layers.coverage.get(i, j));
+            let shown = other.max(Vec3::ZERO) / share;
+            if share > 0.0 && luminance(other) >= 0.0 && darkest.is_none_or(|d| luminance(shown) < luminance(d)) {
+                darkest = Some(shown);
             }
         }
         darkest.map_or(Vec3::ZERO, |shown| shown * coverage)

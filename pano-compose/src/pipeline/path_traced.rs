@@ -80,7 +80,6 @@ pub(super) fn trace(
         let params = cross_bilateral::Params { wrap, delta_passes: frame.options.settings.delta_passes, ..Default::default() };
         let report = device.denoise(&params, &mut layers)?;
         nothing_stands_alone(&mut layers, &view.photo, wrap);
-        device.layers_have_changed();
         for (layer, energy) in [("object", report.object), ("delta", report.delta)] {
             // The filter conserves energy but for edges; more than this would be visible.
             if energy.relative_change().abs() > 0.02 {

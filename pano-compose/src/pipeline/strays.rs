@@ -15,13 +15,13 @@ const SPREAD: usize = 7;
 /// Surfaces are the same as far as cosine of the normals and quotient of the distances are nearer to 1 than this.
 const ALIKE: f32 = 0.1;
 
-/// Pixels around `(x, y)`, itself among them, `radius` to each side. Columns wrap if `wrap`, each counted once.
-fn around(
+/// Pixels around `(x, y)`, itself among them, `radius` to each side, row by row. Columns wrap if `wrap`, each counted once.
+pub(super) fn around(
     (w, h): (usize, usize),
     wrap: bool,
     (x, y): (usize, usize),
     radius: usize,
-) -> impl Iterator<Item = (usize, usize)> + Clone {
+) -> impl Iterator<Item = (usize, usize)> {
     let columns = move |i: usize| match wrap {
         true => Some((x + w * (1 + radius / w) + i - radius) % w),
         false => (x + i).checked_sub(radius).filter(|&x| x < w),
@@ -37,13 +37,9 @@ fn alike(layers: &TracedLayers, a: (usize, usize), b: (usize, usize)) -> bool {
     cosine > 1.0 - ALIKE && (near / far - 1.0).abs() < ALIKE
 }
 
-/// The change of pixels without objects as a share of the photo, whose detail is no part of it. None of the others.
-fn shares_of_the_photo(layers: &TracedLayers, photo: &RadianceImage) -> Image<Vec3> {
-    let (w, h) = layers.delta.size();
-    Image::par_from_fn(w, h, |x, y| match layers.coverage.get(x, y) > 0.0 {
-        true => Vec3::ZERO,
-        false => layers.delta.get(x, y) / photo.get(x, y).max(Vec3::splat(1e-6)),
-    })
+/// What changes of real surfaces are shares of: the photo, whose detail is no part of them.
+fn shown_before(photo: &RadianceImage, (x, y): (usize, usize)) -> Vec3 {
+    photo.get(x, y).max(Vec3::splat(1e-6))
 }
 
 /// Spreads what sticks out of the change of real surfaces (a path that seldom finds a lamp, and then for all the others)
@@ -52,7 +48,10 @@ fn shares_of_the_photo(layers: &TracedLayers, photo: &RadianceImage) -> Image<Ve
 pub(super) fn spread_what_sticks_out(layers: &mut TracedLayers, photo: &RadianceImage, wrap: bool) {
     let (w, h) = layers.delta.size();
     let around = |x: usize, y: usize, radius: usize| around((w, h), wrap, (x, y), radius);
-    let shares = shares_of_the_photo(layers, photo);
+    let shares = Image::par_from_fn(w, h, |x, y| match layers.coverage.get(x, y) > 0.0 {
+        true => Vec3::ZERO,
+        false => layers.delta.get(x, y) / shown_before(photo, (x, y)),
+    });
     let magnitude = |x: usize, y: usize| luminance(shares.get(x, y)).abs();
     let outliers: Vec<(usize, usize, Vec3)> = (0..w * h)
         .into_par_iter()
@@ -96,9 +95,10 @@ const AT_RIMS: f32 = 2.0;
 const DARK: f32 = 0.5;
 
 /// Takes what the filter had nothing to average with, single pixels at the rims of things, back among their neighbours, which get
-/// what it takes away. No change of real surfaces that no object covers, as a share of the photo, goes beyond all of those beside it; where few of them
-/// are of the same surface, it is their median. Objects show at their rims nothing beyond what they show beside it; inside,
-/// single pixels may be right (a lamp in a mirror). Pixels without change keep that. For after the filter; columns wrap if `wrap`.
+/// what it takes away. Where no object covers anything, no change, as a share of the photo, goes beyond all of those beside it; where
+/// few of them are of the same surface, it is their median. What objects show at their rims is not far from what they show beside
+/// them; inside, single pixels may be right (a lamp in a mirror). Pixels without change keep that. For after the filter; columns wrap
+/// if `wrap`.
 pub(super) fn nothing_stands_alone(layers: &mut TracedLayers, photo: &RadianceImage, wrap: bool) {
     let (w, h) = layers.delta.size();
     let coverage = |(x, y): (usize, usize)| layers.coverage.get(x, y);
@@ -107,8 +107,8 @@ pub(super) fn nothing_stands_alone(layers: &mut TracedLayers, photo: &RadianceIm
         (coverage(at) > 0.0 && coverage(at) < 1.0) || around((w, h), wrap, at, 1).filter(same).count() <= FEW
     };
 
-    let behind = |at: (usize, usize)| photo.get(at.0, at.1).max(Vec3::splat(1e-6));
-    let shares = Neighbours { wrap, layer: &layers.delta, unit: &behind, least: -1.0, known: &|at| coverage(at) == 0.0 };
+    let before = |at| shown_before(photo, at);
+    let shares = Neighbours { wrap, layer: &layers.delta, unit: &before, least: -1.0, known: &|at| coverage(at) == 0.0 };
     let delta = shares.settled(|at| match layers.delta.get(at.0, at.1) != Vec3::ZERO && coverage(at) == 0.0 {
         true if few(at) => Bound::Median,
         true => Bound::Within(1.0, 1.0),

@@ -132,23 +132,20 @@ fn halo(params: &Params) -> usize {
     HALO * params.delta_passes.max(1) as usize
 }
 
-/// [`super::filter`] of layers of any size, in bands. If it fails, the layers are as they were. What went in one piece is still
-/// on the GPU: the filtered layers are given back for the next stage.
+/// [`super::filter`] of layers of any size, in bands. If it fails, the layers are as they were.
 ///
 /// # Errors
 /// As [`filter_layer`].
-pub fn filter_layers(gpu: &Gpu, params: &Params, layers: &mut TracedLayers) -> GpuResult<(Report, Option<GpuLayers>)> {
+pub fn filter_layers(gpu: &Gpu, params: &Params, layers: &mut TracedLayers) -> GpuResult<Report> {
     params.check()?;
     let (mut object, mut delta) = (layers.object.clone(), layers.delta.clone());
-    let mut whole = None;
     for band in gpu.bands(layers.size(), GpuLayers::PIXEL_BYTES, halo(params))? {
         let mut held = GpuLayers::upload(gpu, layers, &band.hold)?;
         filter(gpu, params, &mut held)?;
         gpu.read_rows(&held.object, &band.keep, &mut object)?;
         gpu.read_rows(&held.delta, &band.keep, &mut delta)?;
-        whole = (band.keep.len() == layers.size().1).then_some(held);
     }
     let report = Report { object: Energy::between(&layers.object, &object), delta: Energy::between(&layers.delta, &delta) };
     (layers.object, layers.delta) = (object, delta);
-    Ok((report, whole))
+    Ok(report)
 }

@@ -29,7 +29,7 @@ fn equals_the_cpu(gpu: &Gpu) {
         let layers = layers(size, seed);
         let photo = finite(size, seed);
         let (mut got, mut want) = (Composite::new(size.0, size.1), Composite::new(size.0, size.1));
-        let on_gpu = composite_pictures(gpu, &photo, &layers, None, &mut got).unwrap();
+        let on_gpu = composite_pictures(gpu, &photo, &layers, &mut got).unwrap();
         let on_cpu = composite(&photo, &layers, &mut want).unwrap();
         assert_close("color", &got.color, &want.color, ABSOLUTE, RELATIVE)?;
         assert_close("multiplier", &got.multiplier, &want.multiplier, ABSOLUTE, RELATIVE)?;
@@ -45,7 +45,7 @@ fn untouched_pixels_keep_their_bits(gpu: &Gpu) {
     let mut layers = layers((37, 19), 3);
     layers.delta = layers.delta.map(|_| Vec3::ZERO);
     let mut out = Composite::new(37, 19);
-    composite_pictures(gpu, &photo, &layers, None, &mut out).unwrap();
+    composite_pictures(gpu, &photo, &layers, &mut out).unwrap();
     let mut untouched = 0;
     for (i, &coverage) in layers.coverage.data().iter().enumerate() {
         if coverage == 0.0 {
@@ -68,7 +68,7 @@ fn extremes_stay_finite(gpu: &Gpu) {
     layers.object = Image::from_fn(n * n * n, 3, |x, _| Vec3::splat(pick(x / n / n)));
     layers.coverage = Image::from_fn(n * n * n, 3, |_, y| [0.0, 1.0, 1.0 - 6e-8][y]);
     let mut out = Composite::new(n * n * n, 3);
-    composite_pictures(gpu, &photo, &layers, None, &mut out).unwrap();
+    composite_pictures(gpu, &photo, &layers, &mut out).unwrap();
     for image in [&out.color, &out.multiplier] {
         assert!(image.data().iter().all(|v| v.is_finite() && v.min_element() >= 0.0), "{image:?}");
     }
@@ -78,8 +78,8 @@ fn bands_make_no_difference(gpu: &Gpu) {
     let small = Gpu::new(&GpuOptions { max_binding: Some(37 * 16 * 8), ..GpuOptions::default() }).unwrap();
     let (photo, layers) = (finite((37, 43), 8), layers((37, 43), 8));
     let (mut banded, mut whole) = (Composite::new(37, 43), Composite::new(37, 43));
-    let a = composite_pictures(&small, &photo, &layers, None, &mut banded).unwrap();
-    let b = composite_pictures(gpu, &photo, &layers, None, &mut whole).unwrap();
+    let a = composite_pictures(&small, &photo, &layers, &mut banded).unwrap();
+    let b = composite_pictures(gpu, &photo, &layers, &mut whole).unwrap();
     assert_close("color", &banded.color, &whole.color, 0.0, 0.0).unwrap();
     assert_eq!(a.pixels, b.pixels);
     // Workgroups hold other pixels, and each adds up its own in f32.

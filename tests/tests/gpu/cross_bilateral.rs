@@ -26,7 +26,7 @@ const ABSOLUTE_WITH_HOLES: f32 = 5e-2;
 
 fn compare(gpu: &Gpu, params: &Params, layers: &TracedLayers, absolute: f32) -> Result<(), TestCaseError> {
     let (mut got, mut want) = (layers.clone(), layers.clone());
-    let (on_gpu, _) = filter_layers(gpu, params, &mut got).unwrap();
+    let on_gpu = filter_layers(gpu, params, &mut got).unwrap();
     let on_cpu = cross_bilateral::filter(params, &mut want).unwrap();
     assert_close("object", &got.object, &want.object, absolute, RELATIVE)?;
     assert_close("delta", &got.delta, &want.delta, absolute, RELATIVE)?;

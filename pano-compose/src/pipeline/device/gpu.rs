@@ -2,7 +2,7 @@
 
 use super::{Backend, Device};
 use crate::pipeline::{Error, Result};
-use pano_core::gpu::{Gpu, GpuError, GpuLayers, GpuOptions, GpuResult};
+use pano_core::gpu::{Gpu, GpuError, GpuOptions, GpuResult};
 use pano_trace::iprt;
 
 /// What is known of the GPU.
@@ -20,8 +20,6 @@ pub(super) enum State {
 #[derive(Debug)]
 pub(super) struct Installed {
     pub(super) gpu: Gpu,
-    /// The layers of the frame as they are on the host, left there by the last stage that worked on them.
-    pub(super) layers: Option<GpuLayers>,
     /// The scene of the frame, as the passes of iprt ask for it.
     pub(super) scene: Option<iprt::gpu::GpuFrame>,
     /// It has been lost before.
@@ -58,7 +56,7 @@ impl Device {
             lost = Some(reason.clone());
             match Gpu::new(&options(&self.settings)) {
                 Ok(gpu) => {
-                    **installed = Installed { gpu, layers: None, scene: None, again: true };
+                    **installed = Installed { gpu, scene: None, again: true };
                     result = work(installed);
                 }
                 Err(error) => result = Err(error),
@@ -110,7 +108,7 @@ impl Device {
                     .push(format!("{adapter} is slower than the CPU itself, which does the work; --backend gpu uses it"));
                 State::None
             }
-            Ok(gpu) => State::Ready(Box::new(Installed { gpu, layers: None, scene: None, again: false })),
+            Ok(gpu) => State::Ready(Box::new(Installed { gpu, scene: None, again: false })),
             Err(error) => {
                 if self.backend == Backend::Gpu {
                     self.warnings.push(format!("{error}; the CPU does the work"));

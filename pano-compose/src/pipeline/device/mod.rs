@@ -1,8 +1,8 @@
 //! Where stages run: the one schedule of both backends.
 //!
-//! Each stage that has a twin is called through a method of [`Device`] (`stages.rs`; those of iprt in `iprt.rs`), which tries the GPU if the stage is to run
-//! there and the CPU otherwise. After each stage its result is on the host, so that whatever happens to a GPU in mid-run, the
-//! next stage goes on from what is done; pictures that the next stage on the GPU wants stay there as well.
+//! Each stage that has a twin is called through a method of [`Device`] (`stages.rs`; those of iprt in `iprt.rs`), which tries the GPU
+//! if the stage is to run there and the CPU otherwise. After each stage its result is on the host, so that whatever happens to a GPU
+//! in mid-run, the next stage goes on from what is done; the scene stays there between the stages of iprt.
 //!
 //! A device that is lost is set up again once; the second time, or if it refuses its work, the CPU does the rest.
 
@@ -57,21 +57,13 @@ impl Device {
         }
     }
 
-    /// What a GPU holds of the frame's layers is old: something has worked on them on the host.
-    pub(super) fn layers_have_changed(&mut self) {
-        #[cfg(feature = "gpu")]
-        if let gpu::State::Ready(installed) = &mut self.state {
-            installed.layers = None;
-        }
-    }
-
     /// Forgets what belongs to the frame before.
     pub(super) fn begin_frame(&mut self) {
         #[cfg(feature = "gpu")]
         {
             self.scene_is_too_large = false;
             if let gpu::State::Ready(installed) = &mut self.state {
-                (installed.layers, installed.scene) = (None, None);
+                installed.scene = None;
             }
         }
     }

@@ -146,19 +146,16 @@ impl Device {
         })
     }
 
-    /// [`cross_bilateral::filter`], stage `denoise`. Nothing may change the layers between this stage and
-    /// [`Self::composite`].
+    /// [`cross_bilateral::filter`], stage `denoise`.
     pub(in crate::pipeline) fn denoise(
         &mut self,
         params: &cross_bilateral::Params,
         layers: &mut TracedLayers,
     ) -> Result<cross_bilateral::Report> {
         #[cfg(feature = "gpu")]
-        if let Some(report) = self.attempt("denoise", |installed| {
-            let (report, held) = cross_bilateral::gpu::filter_layers(&installed.gpu, params, layers)?;
-            installed.layers = held;
-            Ok(report)
-        })? {
+        if let Some(report) =
+            self.attempt("denoise", |installed| cross_bilateral::gpu::filter_layers(&installed.gpu, params, layers))?
+        {
             return Ok(report);
         }
         Ok(cross_bilateral::filter(params, layers)?)
@@ -189,10 +186,9 @@ impl Device {
         out: &mut Composite,
     ) -> Result<Clamped> {
         #[cfg(feature = "gpu")]
-        if let Some(clamped) = self.attempt("composite", |installed| {
-            let held = installed.layers.take();
-            composite::gpu::composite_pictures(&installed.gpu, photo, layers, held.as_ref(), out)
-        })? {
+        if let Some(clamped) =
+            self.attempt("composite", |installed| composite::gpu::composite_pictures(&installed.gpu, photo, layers, out))?
+        {
             return Ok(clamped);
         }
         Ok(composite::composite(photo, layers, out)?)

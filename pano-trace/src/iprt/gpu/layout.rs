@@ -2,20 +2,14 @@
 
 use super::super::gbuffer::{COVER_POINTS, SHOWN_WITHIN};
 use super::super::trace::{MIRROR_RAYS, MOST_THINNING};
-use crate::bsdf::gpu::{BSDF, DIRECTIONS};
-use crate::bvh::gpu::{RAY, TRAVERSAL};
-use crate::cone::CONES;
-use crate::objects::gpu::{MOVE_WORDS, OBJECTS};
-use crate::prt::gpu::{Field, MARCHING};
-use crate::tracer::gpu::scene::{VIEW, View};
-use crate::tracer::gpu::wave::follow::{self, ASKED, Entry, FIELD, FOLLOW, NONE, RELITS, UPDATES};
-use crate::tracer::gpu::{AIM, PATHS};
-use crate::world::captured::gpu::{CAPTURED, World};
-use crate::world::gpu::ENVIRONMENT;
+use crate::objects::gpu::MOVE_WORDS;
+use crate::prt::gpu::Field;
+use crate::tracer::gpu::scene::View;
+use crate::tracer::gpu::wave::follow::{self, ASKED, Entry, FIELD, NONE, RELITS, UPDATES, pieces_that_follow};
+use crate::world::captured::gpu::World;
 use bytemuck::Zeroable;
 use glam::Vec3;
-use pano_core::distribution::gpu::DISTRIBUTION;
-use pano_core::gpu::{COLOR, Constant, IMAGE, Layout, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader, Specialization, WORDS};
+use pano_core::gpu::{Constant, Layout, Piece, Rows, Shader, Specialization};
 
 pano_core::uniform! {
     /// `Iprt` of the shader.
@@ -37,13 +31,6 @@ pano_core::uniform! {
         pub(super) at_capture: u32,
         pub(super) moves: u32,
         pub(super) virtual_pass: u32,
-    }
-}
-
-impl Iprt {
-    /// Before anything is set.
-    pub(super) fn empty() -> Self {
-        Self::zeroed()
     }
 }
 
@@ -126,46 +113,24 @@ pub(super) const UPDATE_WORDS: usize = 5;
 /// `iprt.wgsl`, `update.wgsl`, `gbuffer.wgsl` and `estimate.wgsl`, with what comes before them.
 pub static SHADER: Shader = Shader {
     name: "iprt",
-    pieces: &[
-        NUMBER,
-        SPHERE,
-        IMAGE,
-        RANDOM,
-        WORDS,
-        COLOR,
-        DISTRIBUTION,
-        TRAVERSAL,
-        RAY,
-        MARCHING,
-        DIRECTIONS,
-        CONES,
-        BSDF,
-        OBJECTS,
-        ENVIRONMENT,
-        CAPTURED,
-        VIEW,
-        AIM,
-        PATHS,
-        FOLLOW,
-        Piece {
-            text: concat!(
-                include_str!("iprt.wgsl"),
-                include_str!("update.wgsl"),
-                include_str!("gbuffer.wgsl"),
-                include_str!("estimate.wgsl"),
-            ),
-            constants: || {
-                vec![
-                    Constant::u32("COVER_POINTS", COVER_POINTS),
-                    Constant::f32("SHOWN_WITHIN", SHOWN_WITHIN),
-                    Constant::u32("MIRROR_RAYS", MIRROR_RAYS),
-                    Constant::u32("MOST_THINNING_OF_IRRADIANCE", MOST_THINNING),
-                    Constant::u32("MOVE_WORDS", MOVE_WORDS),
-                    Constant::u32("UPDATE_WORDS", UPDATE_WORDS as u32),
-                ]
-            },
+    pieces: pieces_that_follow![Piece {
+        text: concat!(
+            include_str!("iprt.wgsl"),
+            include_str!("update.wgsl"),
+            include_str!("gbuffer.wgsl"),
+            include_str!("estimate.wgsl"),
+        ),
+        constants: || {
+            vec![
+                Constant::u32("COVER_POINTS", COVER_POINTS),
+                Constant::f32("SHOWN_WITHIN", SHOWN_WITHIN),
+                Constant::u32("MIRROR_RAYS", MIRROR_RAYS),
+                Constant::u32("MOST_THINNING_OF_IRRADIANCE", MOST_THINNING),
+                Constant::u32("MOVE_WORDS", MOVE_WORDS),
+                Constant::u32("UPDATE_WORDS", UPDATE_WORDS as u32),
+            ]
         },
-    ],
+    },],
     // Of the many combinations the ends: all effects, and none.
     specializations: &[
         Specialization { entry: "sight", constants: &[] },

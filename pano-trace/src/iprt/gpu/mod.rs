@@ -23,7 +23,7 @@ use crate::tracer::gpu::wave::follow::{ASKED, Asked, FIELD, Kernels, RELITS, Rel
 use crate::tracer::{self, Lights};
 use crate::world::captured::gpu::World;
 use crate::world::{CapturedWorld, RealWorld};
-use bytemuck::Pod;
+use bytemuck::{Pod, Zeroable};
 use layout::{EstimateLane, Iprt};
 use pano_core::gpu::{Gpu, GpuBuffer, GpuResult, Rows};
 
@@ -66,7 +66,7 @@ impl GpuFrame {
             has_earlier: u32::from(earlier.is_some()),
             at_capture: u32::from(frame.camera.position == frame.capture),
             moves,
-            ..Iprt::empty()
+            ..Iprt::zeroed()
         };
         let constants = specialize(frame.objects, world, &trace_params(&Params::default()));
         let (unchanged, _) = update::upload(gpu, &Update::default())?;

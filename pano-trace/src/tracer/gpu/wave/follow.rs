@@ -14,6 +14,36 @@ pub(crate) const FOLLOW: Piece = Piece {
     constants: || vec![Constant::u32("REAL_EXISTS", REAL_EXISTS), Constant::u32("REAL_HIDDEN", REAL_HIDDEN)],
 };
 
+/// The pieces of a shader whose kernels send rays into captured radiance: what comes before [`FOLLOW`], it, and their own.
+macro_rules! pieces_that_follow {
+    ($($own:expr),+ $(,)?) => {
+        &[
+            pano_core::gpu::NUMBER,
+            pano_core::gpu::SPHERE,
+            pano_core::gpu::IMAGE,
+            pano_core::gpu::RANDOM,
+            pano_core::gpu::WORDS,
+            pano_core::gpu::COLOR,
+            pano_core::distribution::gpu::DISTRIBUTION,
+            $crate::bvh::gpu::TRAVERSAL,
+            $crate::bvh::gpu::RAY,
+            $crate::prt::gpu::MARCHING,
+            $crate::bsdf::gpu::DIRECTIONS,
+            $crate::cone::CONES,
+            $crate::bsdf::gpu::BSDF,
+            $crate::objects::gpu::OBJECTS,
+            $crate::world::gpu::ENVIRONMENT,
+            $crate::world::captured::gpu::CAPTURED,
+            $crate::tracer::gpu::scene::VIEW,
+            $crate::tracer::gpu::AIM,
+            $crate::tracer::gpu::PATHS,
+            $crate::tracer::gpu::wave::follow::FOLLOW,
+            $($own),+
+        ]
+    };
+}
+pub(crate) use pieces_that_follow;
+
 pano_core::uniform! {
     /// `Quest` of the shader.
     pub(crate) struct Quest {

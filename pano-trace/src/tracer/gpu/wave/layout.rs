@@ -1,17 +1,11 @@
 //! The kernels of the tracers over captured radiance: their shader, what they bind, and what pixels under way take in memory.
 
-use super::super::scene::{VIEW, View};
-use super::super::{AIM, PATHS, TURNS};
-use super::follow::{self, ASKED, Entry, FIELD, FOLLOW, NONE};
-use crate::bsdf::gpu::{BSDF, DIRECTIONS};
-use crate::bvh::gpu::{RAY, TRAVERSAL};
-use crate::cone::CONES;
-use crate::objects::gpu::OBJECTS;
-use crate::prt::gpu::{Field, MARCHING};
-use crate::world::captured::gpu::{CAPTURED, World};
-use crate::world::gpu::ENVIRONMENT;
-use pano_core::distribution::gpu::DISTRIBUTION;
-use pano_core::gpu::{COLOR, IMAGE, Layout, NUMBER, Piece, RANDOM, Rows, SPHERE, Shader, Specialization, WORDS};
+use super::super::TURNS;
+use super::super::scene::View;
+use super::follow::{self, ASKED, Entry, FIELD, NONE, pieces_that_follow};
+use crate::prt::gpu::Field;
+use crate::world::captured::gpu::World;
+use pano_core::gpu::{Layout, Piece, Rows, Shader, Specialization};
 
 pano_core::uniform! {
     /// `Wave` of the shader.
@@ -74,30 +68,7 @@ pano_core::uniform! {
 /// `wave.wgsl`, with what comes before it.
 pub static SHADER: Shader = Shader {
     name: "wave",
-    pieces: &[
-        NUMBER,
-        SPHERE,
-        IMAGE,
-        RANDOM,
-        WORDS,
-        COLOR,
-        DISTRIBUTION,
-        TRAVERSAL,
-        RAY,
-        MARCHING,
-        DIRECTIONS,
-        CONES,
-        BSDF,
-        OBJECTS,
-        ENVIRONMENT,
-        CAPTURED,
-        VIEW,
-        AIM,
-        PATHS,
-        TURNS,
-        FOLLOW,
-        Piece::plain(include_str!("wave.wgsl")),
-    ],
+    pieces: pieces_that_follow![TURNS, Piece::plain(include_str!("wave.wgsl")),],
     // Of the many combinations the ends: each method with all effects, and with none.
     specializations: &[
         Specialization { entry: "sight", constants: &[] },
