@@ -35,6 +35,16 @@ const CALIBRATION_SHARE: f64 = 0.05;
 /// Samples of the two calibrating pictures. Below four, pixels that need few samples do not get fewer.
 const FEW: u32 = 4;
 const MORE: u32 = 16;
+/// Pictures of less than this many milliseconds are timed as often as [`REPEATS`] says, and the median counts…
+const BRIEF_MS: f64 = 400.0;
+/// …since beside so little work whatever else the machine does weighs much.
+const REPEATS: usize = 3;
+/// What is chosen for a budget below this many milliseconds is itself rendered and timed before it is called chosen…
+const SETTLED_MS: f64 = 2_000.0;
+/// …at most this often, until it takes what is wanted but for…
+const SETTLING: u32 = 3;
+/// …this share.
+const SETTLED: f64 = 0.06;
 /// The share of a time budget that preparing the captured world may take.
 const PREPARATION_SHARE: f64 = 0.4;
 /// One sample should take less than this share of the budget, where a cheaper preparation can make it.
@@ -85,6 +95,8 @@ pub fn choose(scene: &Scene, goal: Goal, denoise: bool, progress: &dyn Progress)
 /// shadows.
 fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn Progress) -> Result<Chosen> {
     progress.begin("calibrate", 3);
+    // What was read first came from a disk, and into memory that was not there yet.
+    bench.load_again()?;
     let mut prepared_by_cost = Vec::new();
     if bench.is_captured() {
         // From cheap to dear, as long as the next one, whose work is known, can be expected to fit.
@@ -101,6 +113,7 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
             }
         }
     } else {
+        bench.warm_up(progress)?;
         prepared_by_cost.push(base.clone());
     }
     // What a scene leaves to us may also become a cheaper picture of fewer bounces, or of another method.
@@ -108,14 +121,21 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
     prepared_by_cost.splice(0..0, cheaper(&cheapest, bench.method_is_free(), bench.is_captured()));
     progress.advance(1);
     let time = |bench: &mut Bench<'_>, prepared: &Choice, samples: u32| -> Result<f64> {
-        let row = bench.measure(&Choice { samples, ..prepared.clone() }, progress)?;
-        Ok(row.ms + bench.load_ms())
+        let mut times: Vec<f64> = Vec::new();
+        while times.len() < if times.first().is_some_and(|&ms| ms < BRIEF_MS) { REPEATS } else { 1 } {
+            // A single picture will find no world prepared.
+            bench.forget_world();
+            let row = bench.measure(&Choice { samples, ..prepared.clone() }, progress)?;
+            times.push(row.ms + bench.load_ms());
+        }
+        times.sort_by(f64::total_cmp);
+        Ok(times[times.len() / 2])
     };
-    // The first picture warms up. If it leaves no time for a second sample, a cheaper preparation does.
+    // If one sample leaves no time for a second one, a cheaper preparation does.
     let (mut prepared, mut one) = (base.clone(), f64::INFINITY);
     while let Some(dearest) = prepared_by_cost.pop() {
         prepared = dearest;
-        one = time(bench, &prepared, 1)?.min(time(bench, &prepared, 1)?);
+        one = time(bench, &prepared, 1)?;
         // Where another method is at hand, a handful of samples or it.
         let other = prepared.method == base.method && prepared_by_cost.iter().any(|next| next.method != base.method);
         let room = match prepared_by_cost.last() {
@@ -142,7 +162,19 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
         more_ms = time(bench, &prepared, more)?;
     }
     progress.advance(1);
-    let (samples, expected_ms) = extrapolate((few, few_ms), (more, more_ms), budget_ms);
+    let (mut samples, mut expected_ms) = extrapolate((few, few_ms), (more, more_ms), budget_ms);
+    for _ in 0..if budget_ms < SETTLED_MS { SETTLING } else { 0 } {
+        expected_ms = time(bench, &prepared, samples)?;
+        let settled = expected_ms <= budget_ms && expected_ms >= (1.0 - SETTLED) * budget_ms;
+        if settled || samples == 1 {
+            break;
+        }
+        let (next, next_ms) = extrapolate((1, one), (samples, expected_ms), budget_ms);
+        if next == samples {
+            break;
+        }
+        (samples, expected_ms) = (next, next_ms);
+    }
     chosen.choice.samples = samples;
     chosen.expected_ms = expected_ms;
     Ok(chosen)

@@ -87,16 +87,21 @@ struct Shot {
     error: f64,
 }
 
+/// The first frame's inputs and objects, and the milliseconds they took.
+fn load(scene: &Scene) -> Result<(Inputs, Objects, f64)> {
+    let begin = Instant::now();
+    let inputs = Loader::default().load(scene, 0)?;
+    let objects = prepare_objects(scene, &inputs, 0);
+    Ok((inputs, objects, begin.elapsed().as_secs_f64() * 1e3))
+}
+
 impl<'a> Bench<'a> {
     pub(super) fn new(scene: &'a Scene, params: &'a TradeoffParams, progress: &dyn Progress) -> Result<Self> {
         progress.begin("load", 1);
-        let begin = Instant::now();
-        let inputs = Loader::default().load(scene, 0)?;
-        let objects = prepare_objects(scene, &inputs, 0);
+        let (inputs, objects, load_ms) = load(scene)?;
         if objects.is_empty() {
             return Err(Error::unsupported("the scene has no objects, so that nothing changes", "add an [[object]]"));
         }
-        let load_ms = begin.elapsed().as_secs_f64() * 1e3;
         let camera = inputs.view(scene);
         let methods = suitable(scene, &inputs);
         let resolved = resolve_method(scene, &inputs, &mut Vec::new())?;
@@ -127,6 +132,17 @@ impl<'a> Bench<'a> {
 
     pub(super) fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// Takes the time of reading once more.
+    pub(super) fn load_again(&mut self) -> Result<()> {
+        self.load_ms = load(&self.scene)?.2;
+        Ok(())
+    }
+
+    /// Prepares the world anew for the next picture.
+    pub(super) fn forget_world(&mut self) {
+        self.world = None;
     }
 
     /// Milliseconds that reading took, which no [`Row`] counts.
