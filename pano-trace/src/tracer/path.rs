@@ -90,6 +90,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     ) -> Vec3 {
         let mut light = Vec3::ZERO;
         let mut throughput = Vec3::ONE;
+        let mut from_object = false;
         for depth in 0.. {
             let remaining = bounces - depth;
             let weight = |tracer: &Self, first: &First| match (found_by, tracer.params.mis) {
@@ -106,7 +107,8 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                     break;
                 }
                 First::Real(hit) => {
-                    if let Some(radiance) = hit.radiance {
+                    if let Some(shown) = hit.radiance {
+                        let radiance = if from_object { self.sent(hit, shown, ray.direction) } else { shown };
                         light += throughput * radiance * weight(self, &first);
                         if scene == Scene::Mixed && remaining > 0 && self.params.second_order {
                             light += throughput * self.delta_once(hit, remaining, walk);
@@ -147,6 +149,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                 break;
             }
             found_by = (!sample.specular).then_some(sample.pdf_solid_angle);
+            from_object = vertex.on_object;
             ray = Ray::new(vertex.leave(sample.direction), sample.direction);
             first = self.first(&ray, scene, walk);
         }
@@ -197,7 +200,10 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         if scene == Scene::Mixed && self.objects.occluded(&ray.up_to(reach)) {
             return Vec3::ZERO;
         }
-        let radiance = self.world.arriving(sample.direction, behind.as_ref());
+        let mut radiance = self.world.arriving(sample.direction, behind.as_ref());
+        if let Some(hit) = behind.as_ref().filter(|_| vertex.on_object) {
+            radiance = self.sent(hit, radiance, sample.direction);
+        }
         let pdf = share * self.world.light_pdf(ray.origin, sample.direction, behind.as_ref());
         if pdf > 0.0 { weigh(value.f_cos, pdf, value.pdf_solid_angle) * radiance } else { Vec3::ZERO }
     }

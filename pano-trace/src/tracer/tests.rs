@@ -204,6 +204,11 @@ fn a_cancelled_render_gives_nothing() {
 
 /// A captured box, 2 m to each side, 1.5 m below and above the capture point, whose floor sends out `floor` and all else `rest`.
 fn captured_box(floor: f32, rest: f32) -> CapturedWorld {
+    captured_box_of(|at| if at.y < -1.499 { floor } else { rest })
+}
+
+/// The same, with the radiance told by the place.
+fn captured_box_of(radiance: impl Fn(Vec3) -> f32 + Sync) -> CapturedWorld {
     let (w, h) = (256, 128);
     let half = Vec3::new(2.0, 1.5, 2.0);
     let direction = |x: usize, y: usize| {
@@ -213,7 +218,7 @@ fn captured_box(floor: f32, rest: f32) -> CapturedWorld {
     let depth = Image::from_fn(w, h, |x, y| distance(direction(x, y)));
     let radiance = RadianceImage::from_fn(w, h, |x, y| {
         let d = direction(x, y);
-        Vec3::splat(if d.y * distance(d) < -1.499 { floor } else { rest })
+        Vec3::splat(radiance(d * distance(d)))
     });
     let options = CapturedOptions { irradiance_width: 128, irradiance_samples: 64, ..CapturedOptions::default() };
     CapturedWorld::new(Arc::new(radiance), &depth, Quat::IDENTITY, Vec3::ZERO, &[], &options, &Silent).unwrap()
@@ -241,5 +246,30 @@ fn bright_floors_mirror_objects_and_lamps_do_not() {
         assert!((inside - expected).abs().max_element() < 1e-4, "floor {floor}: {inside} for {expected}");
         assert!(!mirrors || beyond > 0.02, "floor {floor}: {beyond}");
         assert_eq!(outside, Vec3::ZERO);
+    }
+}
+
+/// An object sees another part of the room in a floor that mirrors than the panorama has seen; in its own view nothing changes,
+/// and a lamp looks the same from everywhere.
+#[test]
+fn objects_see_the_mirror_image_that_shows_from_where_they_are() {
+    let (at, dark) = (Vec3::new(0.4, -1.5, 0.3), Vec3::new(-1.2, 1.5, -0.9));
+    let objects = balls(&[(Vec3::new(0.0, 1.0, 0.0), 0.1)], &Material::diffuse(Vec3::ZERO));
+    let params = TraceParams::default();
+    for (floor, mirrors) in [(1.4, true), (4.0, false)] {
+        let world = captured_box_of(|p| match p {
+            p if p.y < -1.499 => floor,
+            p if p.distance(dark) < 0.5 => 0.1,
+            _ => 1.5,
+        });
+        let tracer = Tracer { objects: &objects, world: &world, params: &params };
+        let hit = world.hit(&Ray::new(Vec3::ZERO, at.normalize())).unwrap();
+        let beyond = world.beyond_diffuse(&hit);
+        assert!(beyond > 0.02, "{beyond}");
+        let sent = |direction: Vec3| tracer.sent(&hit, Vec3::splat(floor), direction.normalize()).x;
+        assert!((sent(at) - floor).abs() < 1e-4, "{} for {floor}", sent(at));
+        let expected = if mirrors { floor - beyond * (1.0 - 0.1 / 1.5) } else { floor };
+        let toward_dark = sent((dark - at) * Vec3::new(1.0, -1.0, 1.0));
+        assert!((toward_dark - expected).abs() < 1e-4, "{toward_dark} for {expected}");
     }
 }

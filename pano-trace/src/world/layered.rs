@@ -77,6 +77,11 @@ impl RealWorld for LayeredWorld {
         layer.beyond_diffuse(&own)
     }
 
+    fn seen_along(&self, hit: &RealHit) -> Option<Vec3> {
+        let (layer, own) = self.layer_of(hit);
+        layer.seen_along(&own)
+    }
+
     fn sample_light(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
         self.base().sample_light(from, u)
     }

@@ -138,6 +138,12 @@ pub trait RealWorld: std::fmt::Debug + Sync {
         0.0
     }
 
+    /// The unit direction in which the picture has seen a hit whose radiance it tells; `None` where it has not seen it.
+    fn seen_along(&self, hit: &RealHit) -> Option<Vec3> {
+        let _ = hit;
+        None
+    }
+
     /// A direction in proportion to the light expected at `from`. `None` in a black world.
     fn sample_light(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
 

@@ -322,6 +322,10 @@ impl RealWorld for CapturedWorld {
         radiance.map_or(0.0, |radiance| color::luminance((radiance - diffuse()).max(Vec3::ZERO)))
     }
 
+    fn seen_along(&self, hit: &RealHit) -> Option<Vec3> {
+        (hit.surface == SEEN).then(|| hit.position - self.capture)?.try_normalize()
+    }
+
     #[inline]
     fn sample_light(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
         let from_pano = self.to_pano(from);
