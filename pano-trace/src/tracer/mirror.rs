@@ -3,8 +3,8 @@
 //! A captured surface is taken for diffuse up to the largest reflectance; what it sends out beyond that is a lamp's own light or
 //! the image of what lies in the direction of mirror reflection. It is taken for the image if what lies there is bright
 //! enough, with the quotient as the mirror's reflectance: a lamp is brighter than what it mirrors and keeps its light. Where an
-//! object comes in between, it shows in place of what was there; and to an object, which sees the surface from elsewhere, another
-//! image shows.
+//! object comes in between, it shows in place of what was there. What objects see in such surfaces is
+//! [`RealWorld::sent_back`].
 
 use super::path::{First, Scene};
 use super::{Tracer, Walk};
@@ -36,24 +36,5 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         }
         let after = self.radiance(ray, First::Object(object), None, bounces - 1, Scene::Mixed, walk);
         (after - before) * (beyond / bright)
-    }
-
-    /// What a real surface of which the picture shows the radiance `shown` sends back along an object's ray of `direction`. What it
-    /// mirrors is what the world without objects shows. As with hidden sides, its rays are not counted.
-    pub(super) fn sent(&self, hit: &RealHit, shown: Vec3, direction: Vec3) -> Vec3 {
-        let beyond = self.world.beyond_diffuse(hit);
-        if beyond <= 0.0 {
-            return shown;
-        }
-        let Some(seen) = self.world.seen_along(hit) else { return shown };
-        let image = |direction: Vec3| {
-            let ray = Ray::new(self.world.leave(hit), mirrored(direction, hit.normal));
-            self.world.arriving(ray.direction, self.world.hit(&ray).as_ref())
-        };
-        let bright = luminance(image(seen));
-        if bright < beyond {
-            return shown;
-        }
-        shown * (1.0 - beyond / luminance(shown)) + image(direction) * (beyond / bright)
     }
 }

@@ -108,7 +108,8 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                 }
                 First::Real(hit) => {
                     if let Some(shown) = hit.radiance {
-                        let radiance = if from_object { self.sent(hit, shown, ray.direction) } else { shown };
+                        let sent = if from_object { self.world.sent_back(hit, ray.direction) } else { None };
+                        let radiance = sent.unwrap_or(shown);
                         light += throughput * radiance * weight(self, &first);
                         if scene == Scene::Mixed && remaining > 0 && self.params.second_order {
                             light += throughput * self.delta_once(hit, remaining, walk);
@@ -200,10 +201,10 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         if scene == Scene::Mixed && self.objects.occluded(&ray.up_to(reach)) {
             return Vec3::ZERO;
         }
-        let mut radiance = self.world.arriving(sample.direction, behind.as_ref());
-        if let Some(hit) = behind.as_ref().filter(|_| vertex.on_object) {
-            radiance = self.sent(hit, radiance, sample.direction);
-        }
+        let radiance = match &behind {
+            Some(hit) if vertex.on_object => self.world.sent_back(hit, sample.direction).unwrap_or(Vec3::ZERO),
+            behind => self.world.arriving(sample.direction, behind.as_ref()),
+        };
         let pdf = share * self.world.light_pdf(ray.origin, sample.direction, behind.as_ref());
         if pdf > 0.0 { weigh(value.f_cos, pdf, value.pdf_solid_angle) * radiance } else { Vec3::ZERO }
     }

@@ -77,9 +77,9 @@ impl RealWorld for LayeredWorld {
         layer.beyond_diffuse(&own)
     }
 
-    fn seen_along(&self, hit: &RealHit) -> Option<Vec3> {
+    fn sent_back(&self, hit: &RealHit, direction: Vec3) -> Option<Vec3> {
         let (layer, own) = self.layer_of(hit);
-        layer.seen_along(&own)
+        layer.sent_back(&own, direction)
     }
 
     fn sample_light(&self, from: Vec3, u: Vec2) -> Option<LightSample> {

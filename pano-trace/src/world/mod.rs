@@ -138,10 +138,11 @@ pub trait RealWorld: std::fmt::Debug + Sync {
         0.0
     }
 
-    /// The unit direction in which the picture has seen a hit whose radiance it tells; `None` where it has not seen it.
-    fn seen_along(&self, hit: &RealHit) -> Option<Vec3> {
-        let _ = hit;
-        None
+    /// The radiance that a hit of a ray along `direction` sends back to the ray, which is not the camera's: as the picture shows it, but
+    /// for what it mirrors. `None` where the picture tells none.
+    fn sent_back(&self, hit: &RealHit, direction: Vec3) -> Option<Vec3> {
+        let _ = direction;
+        hit.radiance
     }
 
     /// A direction in proportion to the light expected at `from`. `None` in a black world.

@@ -7,6 +7,7 @@ mod hidden;
 mod infinity;
 mod irradiance;
 mod lamps;
+mod mirrors;
 
 use super::{Environment, LightSample, LightTarget, RealHit, RealWorld, proxy::reflectance_from};
 use crate::bvh::Ray;
@@ -15,6 +16,7 @@ use crate::prt::{DepthField, FieldHit, FieldOptions, HiddenSide};
 use glam::{Quat, Vec2, Vec3};
 use irradiance::IrradianceMap;
 use lamps::Lamps;
+use mirrors::Mirrors;
 use pano_core::{color, distribution::SphereDistribution, image::Image, image::RadianceImage, progress::Progress, sphere};
 use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
@@ -84,6 +86,8 @@ pub struct CapturedWorld {
     /// What infinity shows, also where the panorama shows something else; `None`: the panorama has depth everywhere.
     infinity: Option<RadianceImage>,
     irradiance: Option<IrradianceMap>,
+    /// Where surfaces mirror, once irradiance is known.
+    mirrors: Option<Mirrors>,
     cap: f32,
     hidden_samples: u32,
 }
@@ -115,6 +119,7 @@ impl CapturedWorld {
             capture,
             light: SphereDistribution::new(&luminance),
             irradiance: None,
+            mirrors: None,
             cap: options.reflectance_cap,
             hidden_samples: options.hidden_samples,
         };
@@ -126,6 +131,7 @@ impl CapturedWorld {
                 world.irradiance = Some(coarse(&world, samples.div_ceil(FIRST_MAP))?);
             }
             world.irradiance = Some(coarse(&world, samples)?.refined(&world, objects, options, progress)?);
+            world.mirrors = mirrors::find(&world, options.irradiance_width);
         }
         Some(world)
     }
@@ -322,8 +328,18 @@ impl RealWorld for CapturedWorld {
         radiance.map_or(0.0, |radiance| color::luminance((radiance - diffuse()).max(Vec3::ZERO)))
     }
 
-    fn seen_along(&self, hit: &RealHit) -> Option<Vec3> {
-        (hit.surface == SEEN).then(|| hit.position - self.capture)?.try_normalize()
+    fn sent_back(&self, hit: &RealHit, direction: Vec3) -> Option<Vec3> {
+        let shown = hit.radiance?;
+        let Some(mirrors) = self.mirrors.as_ref().filter(|_| hit.surface == SEEN) else { return Some(shown) };
+        let reflectance = sphere::bilinear(mirrors, sphere::uv_from_direction(self.to_pano(hit.position)));
+        let beyond = if reflectance > 0.0 { self.beyond_diffuse(hit) } else { 0.0 };
+        if beyond == 0.0 {
+            return Some(shown);
+        }
+        let image = mirrors::image_in(self, hit, direction) * reflectance;
+        // No brighter than the one that the panorama has seen: how far a mirror that is not perfect spreads a lamp is not known.
+        let image = image * (beyond / color::luminance(image)).min(1.0);
+        Some(shown * (1.0 - beyond / color::luminance(shown)) + image)
     }
 
     #[inline]
