@@ -35,6 +35,9 @@ pub(super) const PATHS_END_SHARE: f32 = 0.5;
 pub(super) const SECOND_ORDER_EFFORT: f32 = 0.125;
 /// Light samples of a point that changes another. Most meet no object and take no ray; with one, the few that do would be bright.
 pub(super) const SECOND_ORDER_LIGHTS: u32 = 8;
+/// Light samples of a point that a mirror or glass shows: with 4 the mirror ball of the living room has 1.7 times less error² · time
+/// than with one sample in every other path, and 1.2 times less than with 8 (display-encoded, 32 samples).
+pub(super) const LIGHTS_OF_AN_IMAGE: u32 = 4;
 /// Share of the third strategy's directions that are aimed at the surroundings of the objects, which hold most of what has changed:
 /// of those by the cosine alone few would find it, and each be bright.
 pub(super) const AROUND: f32 = 0.5;
@@ -141,6 +144,9 @@ const OF_A_PATHS_END: Effort = Effort { share: PATHS_END_SHARE, least: LEAST_EFF
 /// be brighter still.
 const OF_ANOTHER: Effort = Effort { share: 1.0, least: LEAST_EFFORT_ONCE, boost: 1.0, lights: SECOND_ORDER_LIGHTS };
 
+/// Of points that a mirror or glass shows as they are: one path is a whole sample of what is seen.
+const OF_AN_IMAGE: Effort = Effort { share: 1.0, least: LEAST_EFFORT_ONCE, boost: 1.0, lights: LIGHTS_OF_AN_IMAGE };
+
 /// A real point whose change is asked for, and how often each strategy is used there.
 struct Point<'a> {
     hit: &'a RealHit,
@@ -183,6 +189,11 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     /// The same with about one ray, for points that only colour a path's end.
     pub(crate) fn delta_once(&self, hit: &RealHit, bounces: u32, walk: &mut Walk) -> Vec3 {
         self.delta_at(hit, bounces, OF_A_PATHS_END, walk)
+    }
+
+    /// The same for points that a mirror or glass shows.
+    pub(super) fn delta_of_an_image(&self, hit: &RealHit, bounces: u32, walk: &mut Walk) -> Vec3 {
+        self.delta_at(hit, bounces, OF_AN_IMAGE, walk)
     }
 
     fn delta_at(&self, hit: &RealHit, bounces: u32, effort: Effort, walk: &mut Walk) -> Vec3 {

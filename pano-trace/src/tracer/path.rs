@@ -112,7 +112,9 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                         let radiance = sent.unwrap_or(shown);
                         light += throughput * radiance * weight(self, &first);
                         if scene == Scene::Mixed && remaining > 0 && self.params.second_order {
-                            light += throughput * self.delta_once(hit, remaining, walk);
+                            let image = from_object && found_by.is_none();
+                            let change = if image { Self::delta_of_an_image } else { Self::delta_once };
+                            light += throughput * change(self, hit, remaining, walk);
                         }
                         break;
                     }
