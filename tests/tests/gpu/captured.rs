@@ -27,7 +27,7 @@ pub(crate) const TESTS: &[Test] = &[
 
 pub(crate) const CAPTURE: Vec3 = Vec3::new(0.1, 1.5, 1.0);
 /// The lamp is at 12. Of a surface at a gap, rounding may choose the other side: it is another one.
-const APART: Apart = Apart { rest: 1e-4, guides: 500 };
+pub(crate) const APART: Apart = Apart { rest: 1e-4, guides: 500 };
 
 pub(crate) fn room() -> Room {
     Room {

@@ -131,11 +131,14 @@ pub(crate) struct Apart {
     pub(crate) guides: usize,
 }
 
+/// Over proxies.
+pub(crate) const SAME: Apart = Apart { rest: 2e-5, guides: usize::MAX };
+
 /// Frames of light of about 1. Rounding moves values by 10⁻⁵ or so of what adds up; a path for which it turns a choice over (of a
 /// lobe, of an edge's side, of Russian roulette) ends elsewhere, and its pixel is off by one sample. Those pixels are counted apart:
 /// there are fewer than one in a hundred.
 pub(crate) fn assert_same(what: &str, got: &Traced, want: &Traced) {
-    assert_alike(what, got, want, Apart { rest: 2e-5, guides: usize::MAX });
+    assert_alike(what, got, want, SAME);
 }
 
 /// The same with another tolerance.

@@ -87,11 +87,16 @@ pub(crate) const AIM: Piece = Piece {
 /// The bit of every question.
 pub(crate) const ASKS: u32 = 1;
 
-/// Paths on their way from ray to ray, for shaders to include after [`AIM`].
-pub(crate) const PATHS: Piece = Piece {
-    text: concat!(include_str!("frame.wgsl"), include_str!("walk.wgsl"), include_str!("path.wgsl"), include_str!("vertex.wgsl"),),
-    constants: || vec![Constant::u32("ASKS", ASKS)],
-};
+/// Rays and what is asked of them, for shaders to include after [`ENVIRONMENT`].
+pub(crate) const QUESTS: Piece = Piece { text: include_str!("quest.wgsl"), constants: || vec![Constant::u32("ASKS", ASKS)] };
+
+/// Paths on their way from ray to ray, for shaders to include after [`AIM`] and [`QUESTS`].
+pub(crate) const PATHS: Piece = Piece::plain(concat!(
+    include_str!("frame.wgsl"),
+    include_str!("walk.wgsl"),
+    include_str!("path.wgsl"),
+    include_str!("vertex.wgsl"),
+));
 
 /// Samples on their way from ray to ray, for shaders to include after [`PATHS`].
 const TURNS: Piece = Piece::plain(concat!(include_str!("point.wgsl"), include_str!("turn.wgsl")));
@@ -113,6 +118,7 @@ pub static SHADER: Shader = Shader {
         BSDF,
         OBJECTS,
         ENVIRONMENT,
+        QUESTS,
         PROXIES,
         VIEW,
         AIM,

@@ -1,8 +1,8 @@
 //! The kernels of the tracers over captured radiance: their shader, what they bind, and what pixels under way take in memory.
 
-use super::super::TURNS;
 use super::super::scene::View;
-use super::follow::{self, ASKED, Entry, FIELD, NONE, pieces_that_follow};
+use super::super::{AIM, PATHS, TURNS};
+use super::follow::{self, ASKED, Entry, FIELD, NONE, STILL, pieces_that_follow};
 use crate::prt::gpu::Field;
 use crate::world::captured::gpu::World;
 use pano_core::gpu::{Layout, Piece, Rows, Shader, Specialization};
@@ -68,7 +68,7 @@ pano_core::uniform! {
 /// `wave.wgsl`, with what comes before it.
 pub static SHADER: Shader = Shader {
     name: "wave",
-    pieces: pieces_that_follow![TURNS, Piece::plain(include_str!("wave.wgsl")),],
+    pieces: pieces_that_follow![AIM, PATHS, TURNS, STILL, Piece::plain(include_str!("wave.wgsl"))],
     // Of the many combinations the ends: each method with all effects, and with none.
     specializations: &[
         Specialization { entry: "sight", constants: &[] },

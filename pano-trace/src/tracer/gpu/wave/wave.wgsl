@@ -47,13 +47,6 @@ struct Lane {
 
 // Real surfaces carry their light.
 const CAPTURED: bool = true;
-// What objects change of them is found on the way.
-const UPDATES: bool = false;
-
-fn update_at(uv: vec2f) -> Update {
-    return Update(vec3f(0.0), 1.0, 0.0);
-}
-
 var<private> lane: u32;
 var<private> waiting: u32;
 // The point in hand has come out of memory, where what it aims at is not kept.
