@@ -22,7 +22,7 @@ pub(crate) const TESTS: &[Test] = &[
     ("pipeline::a_sequence_survives_a_loss", a_sequence_survives_a_loss),
     ("pipeline::small_memory_makes_no_difference", small_memory_makes_no_difference),
     ("pipeline::nasty_scenes_equal_the_cpu", nasty_scenes_equal_the_cpu),
-    ("pipeline::what_the_tracer_lacks_is_told_once", what_the_tracer_lacks_is_told_once),
+    ("pipeline::adaptive_frames_equal_the_cpu", adaptive_frames_equal_the_cpu),
     ("pipeline::auto_knows_a_program_from_a_gpu", auto_knows_a_program_from_a_gpu),
 ];
 
@@ -233,14 +233,18 @@ fn auto_knows_a_program_from_a_gpu(gpu: &Gpu) {
     assert_eq!((got.stats.backend, told), if software { ("cpu", 1) } else { ("gpu", 0) }, "{:?}", got.stats.warnings);
 }
 
-/// A stage that the GPU cannot do is done on the CPU, others are not, and the user is told why once.
-fn what_the_tracer_lacks_is_told_once(_: &Gpu) {
-    let mut adaptive = on_gpu();
-    adaptive.settings.set("error_target", "0.05").unwrap();
-    let place = Place::new("dpt", (24, 16));
-    let mut sequence = Sequence::new(&place.scene, &adaptive);
-    let frames: Vec<Rendered> = (0..2).map(|_| sequence.render(0, &Silent).unwrap()).collect();
-    let told: Vec<&String> = frames.iter().flat_map(|f| &f.stats.warnings).filter(|w| w.contains("trace runs on")).collect();
-    assert_eq!(told, ["trace runs on the CPU: sampling is adaptive"]);
-    assert!(frames.iter().all(|f| backends(f).contains(&("trace", "cpu")) && backends(f).contains(&("composite", "gpu"))));
+fn adaptive_frames_equal_the_cpu(_: &Gpu) {
+    let [mut gpu, mut cpu] = [on_gpu(), RenderOptions::default()];
+    for options in [&mut gpu, &mut cpu] {
+        options.settings.set("error_target", "0.02").unwrap();
+    }
+    let mut place = Place::new("dpt", (41, 30));
+    place.scene.render.samples = 64;
+    let (got, want) = (place.render(&gpu), place.render(&cpu));
+    assert!(backends(&got).contains(&("trace", "gpu")), "{:?} {:?}", backends(&got), got.stats.warnings);
+    assert_eq!(got.stats.warnings, want.stats.warnings);
+    let samples = want.stats.sampling.expect("sampling was adaptive").samples;
+    assert!((17.0..63.0).contains(&samples), "{samples} samples are no test");
+    assert_eq!(got.stats.sampling.map(|s| s.samples), Some(samples));
+    assert!(rmse(&got, &want) < SAME, "{}", rmse(&got, &want));
 }

@@ -93,16 +93,15 @@ impl Device {
         progress: &dyn Progress,
     ) -> Result<Option<Traced>> {
         #[cfg(feature = "gpu")]
-        match (world, tracer::gpu::missing(params)) {
-            (_, Some(missing)) => self.decline("trace", missing),
-            (World::Layered(_), None) => self.decline("trace", NO_LAYERS),
-            (World::Proxies(world), None) => {
+        match world {
+            World::Layered(_) => self.decline("trace", NO_LAYERS),
+            World::Proxies(world) => {
                 let trace = |installed: &mut Installed| tracer::gpu::render(&installed.gpu, frame, world, params, progress);
                 if let Some(traced) = self.attempt("trace", trace)? {
                     return Ok(traced);
                 }
             }
-            (World::Captured(world), None) => {
+            World::Captured(world) => {
                 let trace =
                     |installed: &mut Installed| tracer::gpu::render_captured(&installed.gpu, frame, world, params, progress);
                 if let Some(traced) = self.attempt("trace", trace)? {

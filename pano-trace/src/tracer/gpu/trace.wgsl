@@ -6,9 +6,9 @@ struct Trace {
     world: World,
     bounces: u32,
     samples: u32,
-    // Samples of this submission.
-    begin: u32,
+    // Before which sample this submission stops.
     end: u32,
+    pad: u32,
     clusters: vec2u,
     lights: vec2u,
 }
@@ -60,19 +60,13 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     }
     texel = texel_of(params.rows, id);
     let index = index_of(params.rows, texel);
-    started = pixels[index];
-    pixel = started.pixel;
+    take_pixel(index);
     last = min(params.end, started.most);
-    number = params.begin;
     point.stage = 3u;
-    if !begin_sample() {
-        return;
-    }
-    loop {
+    var goes_on = begin_sample();
+    while goes_on {
         ray.asks = question();
-        if !turn(answer_with_light()) {
-            break;
-        }
+        goes_on = turn(answer_with_light());
     }
-    pixels[index].pixel = pixel;
+    put_pixel(index);
 }

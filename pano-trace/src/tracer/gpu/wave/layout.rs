@@ -2,7 +2,7 @@
 
 use super::super::scene::View;
 use super::super::{AIM, PATHS, TURNS};
-use super::follow::{self, ASKED, Entry, FIELD, NONE, STILL, pieces_that_follow};
+use super::follow::{self, ASKED, Entry, FIELD, STILL, pieces_that_follow};
 use crate::prt::gpu::Field;
 use crate::world::captured::gpu::World;
 use pano_core::gpu::{Layout, Piece, Rows, Shader, Specialization};
@@ -47,7 +47,7 @@ pano_core::uniform! {
         total: [u32; 3],
         job: u32,
         numbers: [u32; 3],
-        number: u32,
+        pad3: u32,
         path: [u32; 12],
         light: [u32; 12],
         point: Point,
@@ -79,6 +79,7 @@ pub static SHADER: Shader = Shader {
         Specialization { entry: "start", constants: &[] },
         Specialization { entry: "start", constants: LEAST },
         Specialization { entry: "begin", constants: &[] },
+        Specialization { entry: "begin", constants: &[("ADAPTIVE", 0.0)] },
         Specialization { entry: "advance", constants: &[("METHOD", 0.0)] },
         Specialization { entry: "advance", constants: &[("METHOD", 1.0)] },
         Specialization { entry: "advance", constants: &[("METHOD", 2.0)] },
@@ -96,10 +97,11 @@ const LEAST: &[(&str, f64)] = &[
     ("TEXTURES", 0.0),
     ("SECOND_ORDER", 0.0),
     ("EVERYWHERE", 1.0),
+    ("ADAPTIVE", 0.0),
 ];
 
 pub(super) const START: Entry = ("start", &[4, PIXELS, ASKED], None);
-pub(super) const BEGIN: Entry = ("begin", &[PIXELS, ASKED, LANES], NONE);
+pub(super) const BEGIN: Entry = ("begin", &[PIXELS, ASKED, LANES], Some(&["ADAPTIVE"]));
 pub(super) const ADVANCE: Entry = ("advance", &[4, 5, PIXELS, ASKED, LANES, WAITING, FIELD, FIELD + 1], None);
 
 pub(super) const PIXELS: u32 = 6;

@@ -22,7 +22,7 @@ struct Lane {
     // IDLE once all samples are done.
     job: u32,
     numbers: Sampler,
-    number: u32,
+    pad3: u32,
     path: Path,
     light: Light,
     point: Point,
@@ -91,7 +91,7 @@ fn begin(@builtin(global_invocation_id) id: vec3u) {
     }
     texel = texel_of(params.rows, id);
     lane = index_of(params.rows, texel);
-    started = pixels[lane];
+    take_pixel(lane);
     point.stage = 3u;
     last = started.most;
     begin_sample();
@@ -100,10 +100,11 @@ fn begin(@builtin(global_invocation_id) id: vec3u) {
 
 // Keeps what the next turn needs.
 fn put_lane() {
+    put_pixel(lane);
     ray.asks = question();
     asked[lane].quest = ray;
     lanes[lane] = Lane(
-        total, job, numbers, number, path, light, point, mirror, waiting, select(0u, 1u, shows_object), select(0u, 1u, later.exists), 0u,
+        total, job, numbers, 0u, path, light, point, mirror, waiting, select(0u, 1u, shows_object), select(0u, 1u, later.exists), 0u,
         later.first.real.position, later.first.real.surface, later.first.real.normal, 0u, later.first.real.radiance, 0u
     );
 }
@@ -111,13 +112,11 @@ fn put_lane() {
 fn take_lane() {
     let kept = lanes[lane];
     ray = asked[lane].quest;
-    started = pixels[lane];
-    pixel = started.pixel;
+    take_pixel(lane);
     last = started.most;
     total = kept.total;
     job = kept.job;
     numbers = kept.numbers;
-    number = kept.number;
     path = kept.path;
     light = kept.light;
     point = kept.point;
@@ -158,6 +157,5 @@ fn advance(@builtin(global_invocation_id) id: vec3u) {
         answer.object.instance = NOTHING;
         answer.real.exists = false;
     }
-    pixels[lane].pixel = pixel;
     put_lane();
 }
