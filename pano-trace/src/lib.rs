@@ -25,6 +25,7 @@ pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
         &tracer::gpu::SHADER,
         &tracer::gpu::WAVE,
         &mr360::gpu::SHADER,
+        &mr360::gpu::CAPTURED,
         &iprt::gpu::SHADER,
     ]
 }

@@ -50,7 +50,8 @@ struct Bsdf {
     metal_f0: vec3f,
     coat_table: u32,
     coat: vec3f,
-    thin: bool,
+    // 1 of a pane. Not a `bool`, so that surfaces can wait in memory.
+    thin: u32,
     diffuse: vec3f,
     tint: vec3f,
     // Probabilities of the diffuse, reflecting and transmitting lobe.
@@ -160,7 +161,7 @@ fn bsdf_at(m: Material, geometric: vec3f, shading: vec3f, out: vec3f) -> Bsdf {
     bsdf.diffuse = m.base_color * (opaque_share * left);
     bsdf.transmission = dielectric_share * m.transmission;
     bsdf.tint = m.base_color;
-    bsdf.thin = m.thin;
+    bsdf.thin = select(0u, 1u, m.thin);
     let reflected = most_of(fresnel_schlick(bsdf.metal_f0, bsdf.metal, cosine)) + coated * opaque_share;
     let scattered = most_of(m.base_color) * opaque_share * (1.0 - coated);
     let sum = reflected + scattered + bsdf.transmission;
@@ -175,7 +176,7 @@ fn bsdf_lambert(albedo: vec3f, normal: vec3f, out: vec3f) -> Bsdf {
 }
 
 fn bsdf_is_specular(b: Bsdf) -> bool {
-    return b.choose.x <= 0.0 && (b.alpha == 0.0 || (b.choose.y <= 0.0 && (b.thin || b.choose.z <= 0.0)));
+    return b.choose.x <= 0.0 && (b.alpha == 0.0 || (b.choose.y <= 0.0 && (b.thin == 1u || b.choose.z <= 0.0)));
 }
 
 // Geometric normal on the side to which a ray along `direction` leaves.
@@ -248,7 +249,7 @@ fn bsdf_eval_local(b: Bsdf, wi: vec3f) -> BsdfValue {
         value.f_cos += bsdf_reflectance(b, dot(o, h)) * (both * ggx_shadowing(o.z, i.z, b.alpha));
         value.pdf += b.choose.y * both * ggx_masking(o.z, b.alpha);
     }
-    if BODIES && b.choose.z > 0.0 && !b.thin {
+    if BODIES && b.choose.z > 0.0 && b.thin == 0u {
         let body = bsdf_eval_body(b, wi, same_side);
         value.f_cos += body.f_cos;
         value.pdf += b.choose.z * body.pdf;
@@ -277,7 +278,7 @@ fn bsdf_sample_body(b: Bsdf, at: vec2f, u: f32) -> LocalSample {
     let share = b.transmission / b.choose.z;
     let wo = b.out;
     var s: LocalSample;
-    if b.thin {
+    if b.thin == 1u {
         let once = fresnel_dielectric(abs(wo.z), b.ior);
         let r = 2.0 * once / (1.0 + once);
         if u < r {

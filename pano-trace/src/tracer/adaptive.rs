@@ -25,7 +25,7 @@ use rayon::prelude::*;
 pub(super) const PILOT: u32 = 16;
 
 /// Samples whose mean counts as one measurement; also the step in which numbers of samples grow.
-const BATCH: u32 = 4;
+pub(super) const BATCH: u32 = 4;
 
 /// Pixels to each side that a pixel's noise is estimated from.
 const RADIUS: usize = 2;
@@ -57,6 +57,13 @@ impl Noise {
             self.mean += before / f64::from(self.batches);
             self.squares += before * (batch - self.mean);
         }
+    }
+
+    /// After `samples` samples, whose batch means have that mean and sum of squared differences from it.
+    #[cfg(feature = "gpu")]
+    pub(super) fn measured(samples: u32, mean: f32, squares: f32) -> Self {
+        let batches = samples / BATCH;
+        Self { batches, mean: mean.into(), squares: squares.into(), ..Self::default() }
     }
 
     /// Variance of one sample; 0 of fewer than two batches.
@@ -110,10 +117,10 @@ fn allocate(variances: &[f64], most: &[u32], target: f64) -> Vec<u32> {
 }
 
 /// Standard error of every pixel's luminance, from its own variance and its neighbours'.
-pub(super) fn error_map(noise: &[Noise], samples: impl Iterator<Item = u32>, width: usize, wrap: bool) -> Image<f32> {
+pub(super) fn error_map(noise: &[Noise], samples: &[u32], width: usize, wrap: bool) -> Image<f32> {
     let variances: Vec<f64> = noise.iter().map(Noise::variance).collect();
     let smooth = neighbourhood(&variances, width, wrap, true);
-    let errors = smooth.iter().zip(samples).map(|(v, n)| (v / f64::from(n)).sqrt() as f32);
+    let errors = smooth.iter().zip(samples).map(|(v, n)| (v / f64::from(*n)).sqrt() as f32);
     Image::from_vec(width, variances.len() / width, errors.collect()).expect("one value a pixel")
 }
 

@@ -46,6 +46,15 @@ pub struct Sampling {
     pub error: Image<f32>,
 }
 
+impl Sampling {
+    /// Of pixels that were so noisy and took so many samples.
+    pub(super) fn of(noise: &[Noise], samples: &[u32], camera: &Camera) -> Self {
+        let wrap = camera.projection == Projection::Panorama;
+        let mean = samples.iter().map(|n| f64::from(*n)).sum::<f64>() / samples.len() as f64;
+        Self { samples: mean as f32, error: adaptive::error_map(noise, samples, camera.width, wrap) }
+    }
+}
+
 /// What a pixel comes to.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pixel {
@@ -238,9 +247,8 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
             }
             progress.advance(1);
         });
-        let error = adaptive::error_map(&noise(pixels), pixels.iter().map(|p| p.samples), width, wrap);
-        let samples = pixels.iter().map(|p| f64::from(p.samples)).sum::<f64>() / pixels.len() as f64;
-        (!progress.cancelled()).then_some(Sampling { samples: samples as f32, error })
+        let samples: Vec<u32> = pixels.iter().map(|p| p.samples).collect();
+        (!progress.cancelled()).then(|| Sampling::of(&noise(pixels), &samples, frame.camera))
     }
 
     /// Whether any ray through the pixel can meet the bounds of an object.

@@ -19,7 +19,7 @@ pub(crate) const ENVIRONMENT: Piece =
 /// A ray that counts whatever lies on it.
 pub(crate) const AT_ANYTHING: u32 = 2;
 
-/// What rays can ask of proxies and of infinity, for shaders to include after [`ENVIRONMENT`].
+/// What rays can ask of proxies and of infinity, for shaders to include after [`crate::tracer::gpu::QUESTS`].
 pub(crate) const PROXIES: Piece = Piece {
     text: include_str!("proxies.wgsl"),
     constants: || {

@@ -98,3 +98,19 @@ fn guides_at(center: vec2f) -> Guides {
     return guides_of(object, world_hit(params.world, params.view.roots.y, params.view.position, d, object.t), d);
 }
 
+// What lies on a ray. Where nothing real does, its light is known.
+fn answer_to(quest: Quest) -> Answer {
+    var answer: Answer;
+    answer.object = Hit(quest.limit, 0.0, 0.0, NOTHING, 0u);
+    if (quest.asks & FOR_OBJECTS) != 0u {
+        let any = (quest.asks & FOR_ANY) != 0u;
+        answer.object = trace_ray(params.view.roots.x, quest.origin, quest.direction, quest.limit, any);
+    }
+    answer.asked = asks_world(quest.asks, answer.object.instance != NOTHING);
+    if answer.asked {
+        let t_max = select(answer.object.t, NEVER, (quest.asks & BEHIND_OBJECTS) != 0u);
+        answer.real = world_hit(params.world, params.view.roots.y, quest.origin, quest.direction, t_max);
+    }
+    answer.known = answer.asked && !answer.real.exists;
+    return answer;
+}

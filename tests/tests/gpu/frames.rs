@@ -11,7 +11,7 @@ use pano_core::random::Stream;
 use pano_tests::random::Random;
 use pano_tests::rooms::texel_direction;
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
-use pano_trace::tracer::{self, Frame, Method, TraceParams, Traced};
+use pano_trace::tracer::{self, Frame, Method, Sampling, TraceParams, Traced};
 use pano_trace::world::{Proxy, ProxyShape, ProxyWorld, RealWorld, Reflectance};
 use std::sync::Arc;
 
@@ -131,11 +131,14 @@ pub(crate) struct Apart {
     pub(crate) guides: usize,
 }
 
+/// Over proxies.
+pub(crate) const SAME: Apart = Apart { rest: 2e-5, guides: usize::MAX };
+
 /// Frames of light of about 1. Rounding moves values by 10⁻⁵ or so of what adds up; a path for which it turns a choice over (of a
 /// lobe, of an edge's side, of Russian roulette) ends elsewhere, and its pixel is off by one sample. Those pixels are counted apart:
 /// there are fewer than one in a hundred.
 pub(crate) fn assert_same(what: &str, got: &Traced, want: &Traced) {
-    assert_alike(what, got, want, Apart { rest: 2e-5, guides: usize::MAX });
+    assert_alike(what, got, want, SAME);
 }
 
 /// The same with another tolerance.
@@ -173,6 +176,16 @@ pub(crate) fn assert_alike(what: &str, got: &Traced, want: &Traced, apart: Apart
     assert!(guides_off.len() <= size.0 * size.1 / apart.guides, "{what}: guides are off: {guides_off:?}");
     assert!(rest < apart.rest, "{what}: {rest}");
     assert!(got.rays.abs_diff(want.rays) * 200 <= want.rays, "{what}: {} rays, not {}", got.rays, want.rays);
+}
+
+/// Adaptive sampling took nearly as many samples, and tells nearly the same error of them.
+pub(crate) fn assert_sampled_alike(what: &str, got: &Traced, want: &Traced) {
+    let [got, want] = [got, want].map(|traced| traced.sampling.as_ref().expect("noise is measured"));
+    let error = |sampling: &Sampling| sampling.error.data().iter().sum::<f32>() / sampling.error.data().len() as f32;
+    let (got_error, want_error) = (error(got), error(want));
+    println!("{what}: {} and {} samples a pixel, error {got_error} and {want_error}", got.samples, want.samples);
+    assert!((got.samples - want.samples).abs() <= 0.05 * want.samples, "{what}: {} {}", got.samples, want.samples);
+    assert!((got_error - want_error).abs() <= 0.05 * want_error, "{what}: {got_error} {want_error}");
 }
 
 /// A picture of noise, as a texture that wraps in any way.

@@ -1,7 +1,10 @@
 //! MR360's tracer.
 
 use crate::Test;
-use crate::frames::{GREY, assert_same, balls, of_all_kinds, plain, plane, rmse, sky, textured, under, view, worlds};
+use crate::captured::{self, CAPTURE};
+use crate::frames::{
+    Apart, GREY, SAME as SAME_PIXELS, assert_alike, balls, of_all_kinds, plain, plane, rmse, sky, textured, under, view, worlds,
+};
 use glam::{Affine3A, Quat, Vec3};
 use pano_core::builtin::primitives;
 use pano_core::camera::{Camera, Projection};
@@ -16,7 +19,7 @@ use pano_tests::random::Random;
 use pano_trace::mr360::{self, Lighting, Lit, Params, gpu};
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
 use pano_trace::tracer::Frame;
-use pano_trace::world::ProxyWorld;
+use pano_trace::world::{CapturedOptions, CapturedWorld, ProxyWorld};
 use std::f32::consts::TAU;
 use std::sync::Arc;
 
@@ -25,6 +28,8 @@ pub(crate) const TESTS: &[Test] = &[
     ("mr360::effects_that_are_off_are_off", effects_that_are_off_are_off),
     ("mr360::odd_scenes_equal_the_cpu", odd_scenes_equal_the_cpu),
     ("mr360::what_is_not_finite_is_discarded_as_on_the_cpu", what_is_not_finite_is_discarded_as_on_the_cpu),
+    ("mr360::frames_with_depth_equal_the_cpu", frames_with_depth_equal_the_cpu),
+    ("mr360::bands_with_depth_make_no_difference", bands_with_depth_make_no_difference),
     ("mr360::bands_and_submissions_make_no_difference", bands_and_submissions_make_no_difference),
     ("mr360::it_ends_when_it_is_cancelled_or_nothing_fits", it_ends_when_it_is_cancelled_or_nothing_fits),
 ];
@@ -67,8 +72,13 @@ fn both(gpu: &Gpu, camera: &Camera, objects: &Objects, world: &ProxyWorld, light
 }
 
 /// Layers as those of the path tracers; of the shadows all but a hundredth are the same, and those are off by one sample.
-fn assert_lit(what: &str, [got, want]: &[Lit; 2], samples: u32) {
-    assert_same(what, &got.traced, &want.traced);
+fn assert_lit(what: &str, both: &[Lit; 2], samples: u32) {
+    assert_lit_with(what, both, samples, SAME_PIXELS);
+}
+
+/// The same with another tolerance for the pixels.
+fn assert_lit_with(what: &str, [got, want]: &[Lit; 2], samples: u32, apart: Apart) {
+    assert_alike(what, &got.traced, &want.traced, apart);
     let all = rmse(&got.traced, &want.traced);
     assert!(all < SAME, "{what}: {all} with all pixels");
     assert_eq!(got.shadows.len(), want.shadows.len(), "{what}");
@@ -194,6 +204,77 @@ fn what_is_not_finite_is_discarded_as_on_the_cpu(gpu: &Gpu) {
         let count = |got: &RadianceImage, want: &RadianceImage| got.data().iter().zip(want.data()).filter(apart).count();
         let off = count(&got.layers.object, &want.layers.object) + count(&got.layers.delta, &want.layers.delta);
         assert!(off * 50 <= got.layers.coverage.data().len(), "{what}: {off} pixels are off");
+    }
+}
+
+fn both_captured(
+    gpu: &Gpu,
+    camera: &Camera,
+    objects: &Objects,
+    world: &CapturedWorld,
+    lighting: &Lighting,
+    params: &Params<'_>,
+) -> [Lit; 2] {
+    let frame = Frame { camera, objects, stream: Stream { frame: 3, seed: 5 } };
+    let got = gpu::render_captured(gpu, &frame, world, lighting, params, &Silent).unwrap().expect("nobody cancels");
+    [got, mr360::render(&frame, world, lighting, params, &Silent).expect("nobody cancels")]
+}
+
+/// In the room of `captured.rs`, from where the panorama was taken, from another place and all around, and in a room without rims. What
+/// mirrors show of the room has lamps at 12.
+fn frames_with_depth_equal_the_cpu(gpu: &Gpu) {
+    let lighting = Lighting { capture: CAPTURE, ..lit() };
+    let (moved, small) = (view(67, 45), view(31, 22));
+    let seen = Camera { position: CAPTURE, ..moved };
+    let around = Camera { projection: Projection::Panorama, ..view(80, 41) };
+    let rooms = |objects: &Objects| {
+        let round = Image::filled(128, 64, 2.5);
+        [captured::world(objects, |_| ()), captured::world_of(&round, objects, &CapturedOptions::default())]
+    };
+    for (what, objects) in [("all kinds", of_all_kinds()), ("plain", plain()), ("textured", textured())] {
+        let [room, round] = rooms(&objects);
+        for (world, camera) in [(&room, &seen), (&room, &moved), (&room, &around), (&round, &moved)] {
+            let photo = photo(camera);
+            let both = both_captured(gpu, camera, &objects, world, &lighting, &params(&photo));
+            let [_, want] = &both;
+            let changed = want.traced.layers.delta.data().iter().filter(|d| d.length() > 0.01).count();
+            let covered = want.traced.layers.coverage.data().iter().filter(|c| **c > 0.0).count();
+            assert!(changed > 100 && covered > 20, "{what}: {changed} pixels change, objects are in {covered}");
+            assert_lit_with(&format!("{what}, {:?}", camera.projection), &both, 4, captured::APART);
+        }
+    }
+    let photo = photo(&small);
+    let all = params(&photo);
+    let [room, _] = rooms(&mirrors());
+    let dark = Lighting { lights: vec![], ..lighting.clone() };
+    for (what, params, lighting) in [
+        ("mirrors", all, lighting.clone()),
+        ("no shadows", Params { shadows: false, ..all }, lighting),
+        ("nothing", Params { shadows: false, ambient_occlusion: false, gloss: 0.0, ..all }, dark),
+    ] {
+        let both = both_captured(gpu, &small, &mirrors(), &room, &lighting, &params);
+        assert_lit_with(what, &both, 4, captured::APART);
+    }
+}
+
+/// Rows of a frame that do not fit one binding; a panorama that does not is refused.
+fn bands_with_depth_make_no_difference(_: &Gpu) {
+    let (objects, lighting, camera) = (plain(), lit(), view(90, 60));
+    let world = captured::world(&objects, |_| ());
+    let photo = photo(&camera);
+    let frame = Frame { camera: &camera, objects: &objects, stream: Stream::default() };
+    let [whole, banded] = [None, Some(1 << 19)].map(|max_binding| {
+        let gpu = Gpu::new(&GpuOptions { max_binding, ..GpuOptions::default() }).unwrap();
+        let lit = gpu::render_captured(&gpu, &frame, &world, &lighting, &params(&photo), &Silent).unwrap().unwrap();
+        (lit, gpu.submissions())
+    });
+    assert!(banded.1 > 2 * whole.1, "{} {}", banded.1, whole.1);
+    assert!(banded.0.traced.layers.object == whole.0.traced.layers.object && banded.0.shadows == whole.0.shadows);
+    assert!(banded.0.traced.layers.delta == whole.0.traced.layers.delta);
+    for most in [10_000, 150_000] {
+        let small = Gpu::new(&GpuOptions { max_binding: Some(most), ..GpuOptions::default() }).unwrap();
+        let refused = gpu::render_captured(&small, &frame, &world, &lighting, &params(&photo), &Silent);
+        assert!(matches!(refused, Err(GpuError::TooLarge { .. })), "{most}: {refused:?}");
     }
 }
 

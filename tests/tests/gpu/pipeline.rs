@@ -22,7 +22,7 @@ pub(crate) const TESTS: &[Test] = &[
     ("pipeline::a_sequence_survives_a_loss", a_sequence_survives_a_loss),
     ("pipeline::small_memory_makes_no_difference", small_memory_makes_no_difference),
     ("pipeline::nasty_scenes_equal_the_cpu", nasty_scenes_equal_the_cpu),
-    ("pipeline::what_the_tracer_lacks_is_told_once", what_the_tracer_lacks_is_told_once),
+    ("pipeline::adaptive_frames_equal_the_cpu", adaptive_frames_equal_the_cpu),
     ("pipeline::auto_knows_a_program_from_a_gpu", auto_knows_a_program_from_a_gpu),
 ];
 
@@ -98,7 +98,7 @@ fn frames_equal_the_cpu(gpu: &Gpu) {
 }
 
 fn frames_with_depth_equal_the_cpu(_: &Gpu) {
-    for method in ["dpt", "onepass"] {
+    for method in ["dpt", "onepass", "mr360"] {
         let mut place = Place::new(method, (67, 45));
         let depth = place.folder.path().join("depth.exr");
         io::write_exr(&depth, &[("Z", &plane_depth(64, 1.0))], &[]).unwrap();
@@ -233,23 +233,18 @@ fn auto_knows_a_program_from_a_gpu(gpu: &Gpu) {
     assert_eq!((got.stats.backend, told), if software { ("cpu", 1) } else { ("gpu", 0) }, "{:?}", got.stats.warnings);
 }
 
-/// A stage that the GPU cannot do is done on the CPU, others are not, and the user is told why once.
-fn what_the_tracer_lacks_is_told_once(_: &Gpu) {
-    let mut adaptive = on_gpu();
-    adaptive.settings.set("error_target", "0.05").unwrap();
-    let mut captured = Place::new("mr360", (24, 16));
-    let depth = captured.folder.path().join("depth.exr");
-    io::write_exr(&depth, &[("Z", &plane_depth(64, 1.0))], &[]).unwrap();
-    captured.scene.panorama.depth = Some(PicturePath::Still(depth));
-    captured.scene.proxies.clear();
-    for (place, options, why) in [
-        (Place::new("dpt", (24, 16)), adaptive, "sampling is adaptive"),
-        (captured, on_gpu(), "mr360 does not trace surfaces of a panorama with depth on the GPU"),
-    ] {
-        let mut sequence = Sequence::new(&place.scene, &options);
-        let frames: Vec<Rendered> = (0..2).map(|_| sequence.render(0, &Silent).unwrap()).collect();
-        let told: Vec<&String> = frames.iter().flat_map(|f| &f.stats.warnings).filter(|w| w.contains("trace runs on")).collect();
-        assert_eq!(told, [&format!("trace runs on the CPU: {why}")]);
-        assert!(frames.iter().all(|f| backends(f).contains(&("trace", "cpu")) && backends(f).contains(&("composite", "gpu"))));
+fn adaptive_frames_equal_the_cpu(_: &Gpu) {
+    let [mut gpu, mut cpu] = [on_gpu(), RenderOptions::default()];
+    for options in [&mut gpu, &mut cpu] {
+        options.settings.set("error_target", "0.02").unwrap();
     }
+    let mut place = Place::new("dpt", (41, 30));
+    place.scene.render.samples = 64;
+    let (got, want) = (place.render(&gpu), place.render(&cpu));
+    assert!(backends(&got).contains(&("trace", "gpu")), "{:?} {:?}", backends(&got), got.stats.warnings);
+    assert_eq!(got.stats.warnings, want.stats.warnings);
+    let samples = want.stats.sampling.expect("sampling was adaptive").samples;
+    assert!((17.0..63.0).contains(&samples), "{samples} samples are no test");
+    assert_eq!(got.stats.sampling.map(|s| s.samples), Some(samples));
+    assert!(rmse(&got, &want) < SAME, "{}", rmse(&got, &want));
 }

@@ -1,7 +1,9 @@
 //! The path tracers.
 
 use crate::Test;
-use crate::frames::{GREY, assert_same, both_of, of_all_kinds, plain, plane, rmse, sky, textured, under, view, worlds};
+use crate::frames::{
+    GREY, assert_same, assert_sampled_alike, both_of, of_all_kinds, plain, plane, rmse, sky, textured, under, view, worlds,
+};
 use glam::{Affine3A, Quat, Vec3};
 use pano_core::builtin::primitives;
 use pano_core::camera::{Camera, Projection};
@@ -12,7 +14,7 @@ use pano_core::progress::Silent;
 use pano_core::random::Stream;
 use pano_tests::random::Random;
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
-use pano_trace::tracer::gpu::{self, Missing};
+use pano_trace::tracer::gpu;
 use pano_trace::tracer::{self, Frame, Method, Mis, TraceParams, Traced};
 use pano_trace::world::ProxyWorld;
 use std::sync::Arc;
@@ -23,7 +25,8 @@ pub(crate) const TESTS: &[Test] = &[
     ("trace::odd_scenes_equal_the_cpu", odd_scenes_equal_the_cpu),
     ("trace::textures_equal_the_cpu", textures_equal_the_cpu),
     ("trace::bands_and_submissions_make_no_difference", bands_and_submissions_make_no_difference),
-    ("trace::what_is_missing_is_told", what_is_missing_is_told),
+    ("trace::adaptive_frames_equal_the_cpu", adaptive_frames_equal_the_cpu),
+    ("trace::what_does_not_fit_is_refused", what_does_not_fit_is_refused),
 ];
 
 const METHODS: [Method; 4] = [Method::Ibl, Method::OnePass, Method::TwoPass, Method::Dpt];
@@ -145,10 +148,23 @@ fn bands_and_submissions_make_no_difference(gpu: &Gpu) {
     assert_same("200 samples", &long, &want);
 }
 
-fn what_is_missing_is_told(_: &Gpu) {
-    let adaptive = TraceParams { error_target: Some(0.1), ..TraceParams::default() };
-    assert_eq!(gpu::missing(&adaptive), Some(Missing::AdaptiveSampling));
-    assert_eq!(gpu::missing(&TraceParams::default()), None);
+/// Samples go where the CPU's go; of fewer than a pilot there is one part only.
+fn adaptive_frames_equal_the_cpu(gpu: &Gpu) {
+    for (method, samples, objects) in [
+        (Method::Dpt, 64, of_all_kinds()),
+        (Method::Dpt, 6, plain()),
+        (Method::OnePass, 48, plain()),
+        (Method::Ibl, 128, plain()),
+    ] {
+        let params = TraceParams { method, samples, bounces: 2, error_target: Some(0.01), ..TraceParams::default() };
+        let [got, want] = both(gpu, &view(37, 26), &objects, &worlds(3.0)[1], &params);
+        let what = format!("{method:?}, at most {samples} samples");
+        assert_same(&what, &got, &want);
+        assert_sampled_alike(&what, &got, &want);
+    }
+}
+
+fn what_does_not_fit_is_refused(_: &Gpu) {
     let small = Gpu::new(&GpuOptions { max_binding: Some(3000), ..GpuOptions::default() }).unwrap();
     let (camera, objects) = (view(4, 4), plain());
     let frame = Frame { camera: &camera, objects: &objects, stream: Stream::default() };

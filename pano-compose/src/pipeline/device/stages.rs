@@ -23,10 +23,7 @@ use pano_trace::mr360;
 use pano_trace::sparse;
 use pano_trace::tracer::{self, TraceParams, Traced};
 
-/// Why mr360 leaves a world that is not one of proxies to the CPU.
-#[cfg(feature = "gpu")]
-const NO_DEPTH: &str = "mr360 does not trace surfaces of a panorama with depth on the GPU";
-/// Why a path tracer leaves several worlds in one to the CPU.
+/// Why a tracer leaves several worlds in one to the CPU.
 #[cfg(feature = "gpu")]
 const NO_LAYERS: &str = "ghosts before a panorama's depth and depth cameras are not traced on the GPU";
 
@@ -96,16 +93,15 @@ impl Device {
         progress: &dyn Progress,
     ) -> Result<Option<Traced>> {
         #[cfg(feature = "gpu")]
-        match (world, tracer::gpu::missing(params)) {
-            (_, Some(missing)) => self.decline("trace", missing),
-            (World::Layered(_), None) => self.decline("trace", NO_LAYERS),
-            (World::Proxies(world), None) => {
+        match world {
+            World::Layered(_) => self.decline("trace", NO_LAYERS),
+            World::Proxies(world) => {
                 let trace = |installed: &mut Installed| tracer::gpu::render(&installed.gpu, frame, world, params, progress);
                 if let Some(traced) = self.attempt("trace", trace)? {
                     return Ok(traced);
                 }
             }
-            (World::Captured(world), None) => {
+            World::Captured(world) => {
                 let trace =
                     |installed: &mut Installed| tracer::gpu::render_captured(&installed.gpu, frame, world, params, progress);
                 if let Some(traced) = self.attempt("trace", trace)? {
@@ -130,14 +126,21 @@ impl Device {
         progress: &dyn Progress,
     ) -> Result<Option<mr360::Lit>> {
         #[cfg(feature = "gpu")]
-        if let World::Proxies(world) = world {
-            let trace =
-                self.attempt("trace", |installed| mr360::gpu::render(&installed.gpu, frame, world, lighting, params, progress))?;
-            if let Some(lit) = trace {
-                return Ok(lit);
+        let traced = match world {
+            World::Proxies(world) => {
+                self.attempt("trace", |installed| mr360::gpu::render(&installed.gpu, frame, world, lighting, params, progress))?
             }
-        } else {
-            self.decline("trace", NO_DEPTH);
+            World::Captured(world) => self.attempt("trace", |installed| {
+                mr360::gpu::render_captured(&installed.gpu, frame, world, lighting, params, progress)
+            })?,
+            World::Layered(_) => {
+                self.decline("trace", NO_LAYERS);
+                None
+            }
+        };
+        #[cfg(feature = "gpu")]
+        if let Some(lit) = traced {
+            return Ok(lit);
         }
         Ok(match world {
             World::Proxies(world) => mr360::render(frame, world.as_ref(), lighting, params, progress),

@@ -6,6 +6,7 @@ use crate::objects::gpu::MOVE_WORDS;
 use crate::prt::gpu::Field;
 use crate::tracer::gpu::scene::View;
 use crate::tracer::gpu::wave::follow::{self, ASKED, Entry, FIELD, NONE, RELITS, UPDATES, pieces_that_follow};
+use crate::tracer::gpu::{AIM, PATHS};
 use crate::world::captured::gpu::World;
 use bytemuck::Zeroable;
 use glam::Vec3;
@@ -113,24 +114,28 @@ pub(super) const UPDATE_WORDS: usize = 5;
 /// `iprt.wgsl`, `update.wgsl`, `gbuffer.wgsl` and `estimate.wgsl`, with what comes before them.
 pub static SHADER: Shader = Shader {
     name: "iprt",
-    pieces: pieces_that_follow![Piece {
-        text: concat!(
-            include_str!("iprt.wgsl"),
-            include_str!("update.wgsl"),
-            include_str!("gbuffer.wgsl"),
-            include_str!("estimate.wgsl"),
-        ),
-        constants: || {
-            vec![
-                Constant::u32("COVER_POINTS", COVER_POINTS),
-                Constant::f32("SHOWN_WITHIN", SHOWN_WITHIN),
-                Constant::u32("MIRROR_RAYS", MIRROR_RAYS),
-                Constant::u32("MOST_THINNING_OF_IRRADIANCE", MOST_THINNING),
-                Constant::u32("MOVE_WORDS", MOVE_WORDS),
-                Constant::u32("UPDATE_WORDS", UPDATE_WORDS as u32),
-            ]
+    pieces: pieces_that_follow![
+        AIM,
+        PATHS,
+        Piece {
+            text: concat!(
+                include_str!("iprt.wgsl"),
+                include_str!("update.wgsl"),
+                include_str!("gbuffer.wgsl"),
+                include_str!("estimate.wgsl"),
+            ),
+            constants: || {
+                vec![
+                    Constant::u32("COVER_POINTS", COVER_POINTS),
+                    Constant::f32("SHOWN_WITHIN", SHOWN_WITHIN),
+                    Constant::u32("MIRROR_RAYS", MIRROR_RAYS),
+                    Constant::u32("MOST_THINNING_OF_IRRADIANCE", MOST_THINNING),
+                    Constant::u32("MOVE_WORDS", MOVE_WORDS),
+                    Constant::u32("UPDATE_WORDS", UPDATE_WORDS as u32),
+                ]
+            },
         },
-    },],
+    ],
     // Of the many combinations the ends: all effects, and none.
     specializations: &[
         Specialization { entry: "sight", constants: &[] },

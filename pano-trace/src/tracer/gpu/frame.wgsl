@@ -13,6 +13,12 @@ struct Started {
     mixed: u32,
     // How many of these look for changes, as a share; the others count as none.
     share: f32,
+    // How noisy it is, see adaptive::Noise: the sum of the batch in hand, mean of the others, squared differences from that.
+    sum: f32,
+    mean: f32,
+    squares: f32,
+    // Samples so far.
+    taken: u32,
 }
 
 @group(0) @binding(6) var<storage, read_write> pixels: array<Started>;
@@ -31,6 +37,8 @@ const BSDF_ONLY: u32 = 2u;
 override EMITTERS: bool = true;
 override EVERYWHERE: bool = false;
 override SECOND_ORDER: bool = true;
+// Noise is measured.
+override ADAPTIVE: bool = true;
 // The change of points is asked for.
 override POINTS: bool = true;
 

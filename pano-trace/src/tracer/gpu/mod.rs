@@ -5,18 +5,20 @@
 //! now and then a path for which rounding turns a choice over (a lobe, an edge) and which ends elsewhere.
 //!
 //! Departures from the CPU: recursion is a loop from ray to ray (`turn.wgsl`); two-pass rendering does not trace the second pass
-//! where an object hides it, as nothing of it is used. What a shader does not have is told by [`missing`], and the CPU does it.
+//! where an object hides it, as nothing of it is used. How noisy a pixel is, is measured in `f32`; how many samples that calls for, the
+//! host settles for the whole frame.
 
 pub(crate) mod scene;
 pub(crate) mod wave;
 
 pub use wave::{GpuHit, SHADER as WAVE, captured_hits, render_captured};
 
+use super::adaptive::{self, Noise};
 use super::delta::{AROUND, FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE};
 use super::delta::{PATHS_END_SHARE, SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
 use super::influence::{self, Thinned, least_of_neighbours};
 use super::path::ROULETTE_FROM;
-use super::{Frame, Lights, Method, Mis, Pixel, Scene, TraceParams, Traced, layers};
+use super::{Frame, Lights, Method, Mis, Pixel, Sampling, Scene, TraceParams, Traced, layers};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
 use crate::bvh::gpu::TRAVERSAL;
 use crate::cone::CONES;
@@ -31,7 +33,6 @@ use pano_core::gpu::{COLOR, Constant, Gpu, GpuBuffer, GpuResult, IMAGE, Kernel, 
 use pano_core::gpu::{Layout, Specialization, WORDS, flag};
 use pano_core::progress::Progress;
 use scene::{GpuPixel, GpuScene, Submissions, VIEW, View};
-use std::ops::Range;
 
 pano_core::uniform! {
     /// `Trace` of the shader.
@@ -41,8 +42,8 @@ pano_core::uniform! {
         world: World,
         bounces: u32,
         samples: u32,
-        begin: u32,
         end: u32,
+        pad: u32,
         clusters: [u32; 2],
         lights: [u32; 2],
     }
@@ -57,6 +58,10 @@ struct Started {
     boost: f32,
     mixed: u32,
     share: f32,
+    sum: f32,
+    mean: f32,
+    squares: f32,
+    taken: u32,
 }
 
 /// Where the objects' change comes from.
@@ -87,14 +92,22 @@ pub(crate) const AIM: Piece = Piece {
 /// The bit of every question.
 pub(crate) const ASKS: u32 = 1;
 
-/// Paths on their way from ray to ray, for shaders to include after [`AIM`].
-pub(crate) const PATHS: Piece = Piece {
-    text: concat!(include_str!("frame.wgsl"), include_str!("walk.wgsl"), include_str!("path.wgsl"), include_str!("vertex.wgsl"),),
-    constants: || vec![Constant::u32("ASKS", ASKS)],
-};
+/// Rays and what is asked of them, for shaders to include after [`ENVIRONMENT`].
+pub(crate) const QUESTS: Piece = Piece { text: include_str!("quest.wgsl"), constants: || vec![Constant::u32("ASKS", ASKS)] };
+
+/// Paths on their way from ray to ray, for shaders to include after [`AIM`] and [`QUESTS`].
+pub(crate) const PATHS: Piece = Piece::plain(concat!(
+    include_str!("frame.wgsl"),
+    include_str!("walk.wgsl"),
+    include_str!("path.wgsl"),
+    include_str!("vertex.wgsl"),
+));
 
 /// Samples on their way from ray to ray, for shaders to include after [`PATHS`].
-const TURNS: Piece = Piece::plain(concat!(include_str!("point.wgsl"), include_str!("turn.wgsl")));
+const TURNS: Piece = Piece {
+    text: concat!(include_str!("point.wgsl"), include_str!("turn.wgsl")),
+    constants: || vec![Constant::u32("BATCH", adaptive::BATCH)],
+};
 
 /// `trace.wgsl`, with what comes before it.
 pub static SHADER: Shader = Shader {
@@ -113,6 +126,7 @@ pub static SHADER: Shader = Shader {
         BSDF,
         OBJECTS,
         ENVIRONMENT,
+        QUESTS,
         PROXIES,
         VIEW,
         AIM,
@@ -143,6 +157,7 @@ const LEAST: &[(&str, f64)] = &[
     ("TEXTURES", 0.0),
     ("SECOND_ORDER", 0.0),
     ("EVERYWHERE", 1.0),
+    ("ADAPTIVE", 0.0),
 ];
 
 /// Structures that Rust fills, with the shader that declares each.
@@ -150,33 +165,10 @@ pub(crate) fn layouts() -> Vec<(&'static Shader, Layout)> {
     [vec![(&SHADER, Trace::LAYOUT), (&SHADER, View::LAYOUT), (&SHADER, World::LAYOUT)], wave::layout::layouts()].concat()
 }
 
-/// What a frame asks for that shaders do not have; nobody but the CPU can trace it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Missing {
-    /// Samples are to go where the noise is.
-    AdaptiveSampling,
-}
-
-impl std::fmt::Display for Missing {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::AdaptiveSampling => "sampling is adaptive",
-        })
-    }
-}
-
-/// What the GPU lacks for tracing with these settings; `None`: it can.
-pub fn missing(params: &TraceParams) -> Option<Missing> {
-    params.error_target.is_some().then_some(Missing::AdaptiveSampling)
-}
-
 /// [`super::render`] on the GPU, in bands of rows. `None` if `progress` cancels.
 ///
 /// # Errors
 /// [`pano_core::gpu::GpuError::TooLarge`] if a table of the scene does not fit a binding, or what has become of the device.
-///
-/// # Panics
-/// If [`missing`] something.
 pub fn render(
     gpu: &Gpu,
     frame: &Frame<'_>,
@@ -184,7 +176,6 @@ pub fn render(
     params: &TraceParams,
     progress: &dyn Progress,
 ) -> GpuResult<Option<Traced>> {
-    assert_eq!(missing(params), None, "the caller asks before");
     let (scene, (clusters, lights)) = GpuScene::new(gpu, frame, world, |packed, words, _| {
         (packed.clusters, Lights::of(world, frame.camera.position, params.samples).pack(words))
     })?;
@@ -195,19 +186,9 @@ pub fn render(
         ("FROM_PICTURE", flag(world.reflects_picture())),
     ]);
     let cut = Submissions::new(gpu, frame, size_of::<Started>(), params.bounces as usize);
-    let run = |entry: &'static str, rows: Rows, held: &GpuBuffer, part: Range<u32>| {
+    let run = |entry: &'static str, rows: Rows, held: &GpuBuffer, end: u32| {
         let (bounces, samples) = (params.bounces, params.samples);
-        let uniform = Trace {
-            rows,
-            view: scene.view,
-            world: scene.world,
-            bounces,
-            samples,
-            begin: part.start,
-            end: part.end,
-            clusters,
-            lights,
-        };
+        let uniform = Trace { rows, view: scene.view, world: scene.world, bounces, samples, end, pad: 0, clusters, lights };
         let kernel = Kernel { shader: &SHADER, entry, constants: &constants };
         let buffers: Vec<(u32, &GpuBuffer)> = scene.bindings().chain([(6, held)]).collect();
         gpu.dispatch(&kernel, bytemuck::bytes_of(&uniform), &buffers, rows.groups())
@@ -221,46 +202,81 @@ pub fn render(
         }
         let rows = cut.rows(&band);
         let held = gpu.buffer::<Started>(rows.pixels())?;
-        run("start", rows, &held, 0..0)?;
+        run("start", rows, &held, 0)?;
         pixels.extend(gpu.read_slice::<Started>(&held, rows.pixels())?);
         progress.advance(u64::from(rows.count));
     }
-    settle(&mut pixels, frame.camera, params.samples);
-    for band in cut.bands() {
-        let rows = cut.rows(&band);
-        let in_band = &mut pixels[band.start * width..band.end * width];
-        let held = gpu.upload_slice(in_band)?;
-        for part in cut.samples(rows, params.samples) {
-            if progress.cancelled() {
-                return Ok(None);
+    sample(&mut pixels, frame.camera, params, progress, |pixels| {
+        for band in cut.bands() {
+            let rows = cut.rows(&band);
+            let in_band = &mut pixels[band.start * width..band.end * width];
+            let taken = in_band.iter().map(|p| p.taken).min().unwrap_or_default();
+            let most = in_band.iter().map(|p| p.most).max().unwrap_or_default();
+            let held = gpu.upload_slice(in_band)?;
+            for part in cut.samples(rows, most).filter(|part| part.end > taken) {
+                if progress.cancelled() {
+                    return Ok(false);
+                }
+                run("trace", rows, &held, part.end)?;
             }
-            run("trace", rows, &held, part)?;
+            in_band.copy_from_slice(&gpu.read_slice::<Started>(&held, rows.pixels())?);
+            progress.advance(u64::from(rows.count));
         }
-        in_band.copy_from_slice(&gpu.read_slice::<Started>(&held, rows.pixels())?);
-        progress.advance(u64::from(rows.count));
-    }
-    Ok(Some(traced(frame.camera, &pixels)))
+        Ok(true)
+    })
 }
 
-/// Settles the samples of pixels from what their centres ask for.
-fn settle(pixels: &mut [Started], camera: &Camera, samples: u32) {
+/// Takes the samples of pixels whose centres are known. `take` goes on with each until it has its [`Started::most`]; false if it was
+/// cancelled, upon which there is no frame.
+fn sample(
+    pixels: &mut [Started],
+    camera: &Camera,
+    params: &TraceParams,
+    progress: &dyn Progress,
+    mut take: impl FnMut(&mut [Started]) -> GpuResult<bool>,
+) -> GpuResult<Option<Traced>> {
+    // Where noise is to be measured, there are enough samples for that.
+    let pilot = if params.error_target.is_some() { adaptive::PILOT.min(params.samples) } else { 0 };
+    settle(pixels, camera, params.samples, pilot);
+    let Some(target) = params.error_target else {
+        return Ok(take(pixels)?.then(|| traced(camera, pixels, None)));
+    };
+    let most: Vec<u32> = pixels.iter().map(|p| p.most).collect();
+    pixels.iter_mut().for_each(|p| p.most = pilot);
+    if !take(pixels)? {
+        return Ok(None);
+    }
+    let wrap = camera.projection == Projection::Panorama;
+    let counts = adaptive::settle(&noise(pixels), &most, target, camera.width, wrap);
+    pixels.iter_mut().zip(&counts).for_each(|(p, count)| p.most = *count);
+    progress.begin("refine", camera.height as u64);
+    Ok(take(pixels)?.then(|| traced(camera, pixels, Some(Sampling::of(&noise(pixels), &counts, camera)))))
+}
+
+/// How noisy pixels are.
+fn noise(pixels: &[Started]) -> Vec<Noise> {
+    pixels.iter().map(|p| Noise::measured(p.taken, p.mean, p.squares)).collect()
+}
+
+/// Settles the samples of pixels from what their centres ask for: at `least` so many, if any.
+fn settle(pixels: &mut [Started], camera: &Camera, samples: u32, least: u32) {
     let wrap = camera.projection == Projection::Panorama;
     let thinning: Vec<u32> = pixels.iter().map(|p| p.most).collect();
     for (pixel, thinning) in pixels.iter_mut().zip(least_of_neighbours(&thinning, camera.width, wrap)) {
         let scene = if pixel.mixed == 1 { Scene::Mixed } else { Scene::Real };
-        let Thinned { samples, boost, share } = Thinned::of(scene, samples, thinning, 0);
+        let Thinned { samples, boost, share } = Thinned::of(scene, samples, thinning, least);
         (pixel.most, pixel.boost, pixel.share) = (samples, boost, share);
     }
 }
 
 /// What a frame's pixels have come to.
-fn traced(camera: &Camera, pixels: &[Started]) -> Traced {
+fn traced(camera: &Camera, pixels: &[Started], sampling: Option<Sampling>) -> Traced {
     let finished: Vec<Pixel> = pixels.iter().map(|p| p.pixel.finish(p.most)).collect();
     Traced {
         layers: layers(camera, finished.iter()),
         rays: pixels.iter().map(|p| u64::from(p.pixel.rays)).sum(),
         discarded: pixels.iter().map(|p| u64::from(p.pixel.discarded)).sum(),
-        sampling: None,
+        sampling,
     }
 }
 
@@ -287,5 +303,6 @@ pub(crate) fn specialize(objects: &Objects, world: &impl RealWorld, params: &Tra
         ("EVERYWHERE", flag(params.everywhere)),
         ("SECOND_ORDER", flag(params.second_order && world.sees_itself())),
         ("LIT", flag(world.environment().light.is_some())),
+        ("ADAPTIVE", flag(params.error_target.is_some())),
     ]
 }

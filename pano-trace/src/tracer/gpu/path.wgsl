@@ -6,7 +6,6 @@ var<private> pixel: Pixel;
 var<private> numbers: Sampler;
 // Of the sample in hand.
 var<private> total: vec3f;
-var<private> ray: Quest;
 var<private> job: u32;
 var<private> path: Path;
 var<private> light: Light;
@@ -20,7 +19,7 @@ fn draw() -> vec4f {
 
 fn send(what_for: u32, origin: vec3f, direction: vec3f) {
     job = what_for;
-    ray = Quest(origin, NEVER, direction, 0u, vec3f(0.0), AT_ANYTHING);
+    ray = quest_of(origin, direction);
 }
 
 // What is asked of a path's ray in hand, or of a light sample's.
@@ -28,18 +27,6 @@ fn path_question() -> u32 {
     // Whether what lies at a surface that is aimed at is nearer than an object, is told by comparing them.
     let blocks = job == SHADOW && ray.aimed == AT_INFINITY;
     return ASKS | select(0u, FOR_OBJECTS, path.mixed == 1u) | select(0u, FOR_ANY | UNLESS_MET, blocks);
-}
-
-// What the ray in hand met first.
-fn first_of(answer: Answer) -> First {
-    let met = answer.object.instance != NOTHING;
-    var first = First(INFINITY, answer.object, answer.real, ray.direction);
-    if answer.real.exists && (!met || answer.real.t < answer.object.t) {
-        first.what = REAL;
-    } else if met {
-        first.what = OBJECT;
-    }
-    return first;
 }
 
 // Adds what a light sample comes to; says what is to be done.

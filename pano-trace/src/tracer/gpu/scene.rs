@@ -131,23 +131,27 @@ impl<U> GpuScene<U> {
 
 /// Scattering events of one submission, over all pixels and samples: a million rays or so, some ten milliseconds of a slow GPU.
 const BATCH: usize = 1 << 18;
+/// The same of one pixel, however small the frame. Mesa's lavapipe leaves a kernel's loops after 65 535 rounds, those through the trees
+/// counted, upon which samples are lost: 96 events of a pixel were too many.
+const BATCH_OF_PIXEL: usize = 16;
 
 /// How a frame is cut into submissions: rows whose pixels fit a binding, and samples of theirs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Submissions {
     size: (usize, usize),
     rows: usize,
-    /// Samples of one submission, over all its pixels.
+    /// Samples of one submission, over all its pixels, and of one of them.
     batch: usize,
+    of_pixel: usize,
 }
 
 impl Submissions {
     /// Of a frame whose pixels take `bytes` each in a buffer, and `events` scattering events a sample.
     pub(crate) fn new(gpu: &Gpu, frame: &Frame<'_>, bytes: usize, events: usize) -> Self {
-        let batch = BATCH / events.max(1);
+        let [batch, of_pixel] = [BATCH, BATCH_OF_PIXEL].map(|most| most / events.max(1));
         let size = (frame.camera.width, frame.camera.height);
         let fitting = usize::try_from(gpu.max_binding()).unwrap_or(usize::MAX) / bytes;
-        Self { size, rows: (batch.min(fitting) / size.0).clamp(1, size.1), batch }
+        Self { size, rows: (batch.min(fitting) / size.0).clamp(1, size.1), batch, of_pixel }
     }
 
     /// The frame's bands, from the top.
@@ -163,7 +167,7 @@ impl Submissions {
 
     /// `samples` samples of a band, in parts.
     pub(crate) fn samples(self, rows: Rows, samples: u32) -> impl Iterator<Item = Range<u32>> {
-        let at_once = (self.batch / rows.pixels()).max(1);
+        let at_once = (self.batch / rows.pixels()).min(self.of_pixel).max(1);
         (0..samples).step_by(at_once).map(move |begin| begin..(begin + at_once as u32).min(samples))
     }
 }

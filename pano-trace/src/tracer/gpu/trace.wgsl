@@ -6,9 +6,9 @@ struct Trace {
     world: World,
     bounces: u32,
     samples: u32,
-    // Samples of this submission.
-    begin: u32,
+    // Before which sample this submission stops.
     end: u32,
+    pad: u32,
     clusters: vec2u,
     lights: vec2u,
 }
@@ -40,21 +40,12 @@ fn start(@builtin(global_invocation_id) id: vec3u) {
     begin_pixel(at, guides_at(vec2f(at) + 0.5));
 }
 
-// What lies on the ray in hand.
-fn answer_of(asks: u32) -> Answer {
-    var answer: Answer;
-    answer.object = Hit(ray.limit, 0.0, 0.0, NOTHING, 0u);
-    if (asks & FOR_OBJECTS) != 0u {
-        answer.object = trace_ray(params.view.roots.x, ray.origin, ray.direction, ray.limit, (asks & FOR_ANY) != 0u);
-    }
-    let met = answer.object.instance != NOTHING;
-    let behind = (asks & BEHIND_OBJECTS) != 0u;
-    answer.asked = asks_world(asks, met);
-    if answer.asked {
-        answer.real = world_hit(params.world, params.view.roots.y, ray.origin, ray.direction, select(answer.object.t, NEVER, behind));
-    }
-    answer.known = answer.asked && !answer.real.exists;
+// What lies on the ray in hand, and its light.
+fn answer_with_light() -> Answer {
+    var answer = answer_to(ray);
     // If it counts: behind an object, or where nothing is.
+    let met = answer.object.instance != NOTHING;
+    let behind = (ray.asks & BEHIND_OBJECTS) != 0u;
     if answer.known && job > CAMERA && met == behind {
         answer.light = environment_look(params.world, ray.direction);
         answer.pdf = environment_pdf(params.world, ray.direction);
@@ -69,15 +60,13 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     }
     texel = texel_of(params.rows, id);
     let index = index_of(params.rows, texel);
-    started = pixels[index];
-    pixel = started.pixel;
+    take_pixel(index);
     last = min(params.end, started.most);
-    number = params.begin;
     point.stage = 3u;
-    if !begin_sample() {
-        return;
+    var goes_on = begin_sample();
+    while goes_on {
+        ray.asks = question();
+        goes_on = turn(answer_with_light());
     }
-    while turn(answer_of(question())) {
-    }
-    pixels[index].pixel = pixel;
+    put_pixel(index);
 }

@@ -31,21 +31,50 @@ fn begin_sample() -> bool {
             ray.goal = vec3f(drawn.z, select(0.0, 1.0, looks), 0.0);
             return true;
         }
-        number += 1u;
+        count_sample(vec3f(0.0));
     }
     return false;
 }
 
+// The sample in hand has come to that.
+fn count_sample(value: vec3f) {
+    if ADAPTIVE {
+        started.sum += luminance(value);
+        if number % BATCH == BATCH - 1u {
+            let batch = started.sum / f32(BATCH);
+            let before = batch - started.mean;
+            started.sum = 0.0;
+            started.mean += before / f32(number / BATCH + 1u);
+            started.squares += before * (batch - started.mean);
+        }
+    }
+    number += 1u;
+}
+
+// What is kept of a pixel.
+fn put_pixel(k: u32) {
+    started.pixel = pixel;
+    started.taken = number;
+    pixels[k] = started;
+}
+
+fn take_pixel(k: u32) {
+    started = pixels[k];
+    pixel = started.pixel;
+    number = started.taken;
+}
+
 // Adds what the sample came to; false if it was the last one.
 fn end_sample() -> bool {
-    if is_finite3(total) {
-        pixel.object += select(vec3f(0.0), total, shows_object);
-        pixel.delta += select(total, vec3f(0.0), shows_object);
-    } else {
+    var value = total;
+    if !is_finite3(total) {
+        value = vec3f(0.0);
         pixel.discarded += 1u;
     }
+    pixel.object += select(vec3f(0.0), value, shows_object);
+    pixel.delta += select(value, vec3f(0.0), shows_object);
     pixel.covered += select(0u, 1u, shows_object);
-    number += 1u;
+    count_sample(value);
     return begin_sample();
 }
 

@@ -8,11 +8,14 @@ use pano_core::progress::Progress;
 /// Turns after which the rays under way are counted, at most: turns in which there are none cost little.
 const TURNS: usize = 16;
 
-/// `follow.wgsl`, for shaders to include after [`crate::tracer::gpu::PATHS`]. They specialise its four entry points.
+/// `follow.wgsl`, for shaders to include after [`crate::tracer::gpu::QUESTS`]. They specialise its four entry points.
 pub(crate) const FOLLOW: Piece = Piece {
     text: include_str!("follow.wgsl"),
     constants: || vec![Constant::u32("REAL_EXISTS", REAL_EXISTS), Constant::u32("REAL_HIDDEN", REAL_HIDDEN)],
 };
+
+/// For shaders to include that know of no change of the panorama.
+pub(crate) const STILL: Piece = Piece::plain(include_str!("still.wgsl"));
 
 /// The pieces of a shader whose kernels send rays into captured radiance: what comes before [`FOLLOW`], it, and their own.
 macro_rules! pieces_that_follow {
@@ -35,8 +38,7 @@ macro_rules! pieces_that_follow {
             $crate::world::gpu::ENVIRONMENT,
             $crate::world::captured::gpu::CAPTURED,
             $crate::tracer::gpu::scene::VIEW,
-            $crate::tracer::gpu::AIM,
-            $crate::tracer::gpu::PATHS,
+            $crate::tracer::gpu::QUESTS,
             $crate::tracer::gpu::wave::follow::FOLLOW,
             $($own),+
         ]

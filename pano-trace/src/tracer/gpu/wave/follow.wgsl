@@ -145,7 +145,8 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
             }
         }
         let front = found_by_look(found.front, met.shown, NEVER);
-        if !(known && found.hidden && met.what == BACK_FACE && has_irradiance(world) && front.exists) {
+        let unlit = (quest.asks & UNLIT) != 0u;
+        if unlit || !(known && found.hidden && met.what == BACK_FACE && has_irradiance(world) && front.exists) {
             finish(k, mirrors, found.radiance, relit);
             return;
         }
@@ -220,7 +221,7 @@ fn sight(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let at = texel_of(params.rows, id);
-    send(CAMERA, params.view.position, camera_direction(vec2f(at) + 0.5));
-    ray.asks = ASKS | FOR_OBJECTS;
-    asked[index_of(params.rows, at)].quest = ray;
+    var quest = quest_of(params.view.position, camera_direction(vec2f(at) + 0.5));
+    quest.asks = ASKS | FOR_OBJECTS;
+    asked[index_of(params.rows, at)].quest = quest;
 }

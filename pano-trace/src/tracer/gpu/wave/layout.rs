@@ -1,8 +1,8 @@
 //! The kernels of the tracers over captured radiance: their shader, what they bind, and what pixels under way take in memory.
 
-use super::super::TURNS;
 use super::super::scene::View;
-use super::follow::{self, ASKED, Entry, FIELD, NONE, pieces_that_follow};
+use super::super::{AIM, PATHS, TURNS};
+use super::follow::{self, ASKED, Entry, FIELD, STILL, pieces_that_follow};
 use crate::prt::gpu::Field;
 use crate::world::captured::gpu::World;
 use pano_core::gpu::{Layout, Piece, Rows, Shader, Specialization};
@@ -47,7 +47,7 @@ pano_core::uniform! {
         total: [u32; 3],
         job: u32,
         numbers: [u32; 3],
-        number: u32,
+        pad3: u32,
         path: [u32; 12],
         light: [u32; 12],
         point: Point,
@@ -68,7 +68,7 @@ pano_core::uniform! {
 /// `wave.wgsl`, with what comes before it.
 pub static SHADER: Shader = Shader {
     name: "wave",
-    pieces: pieces_that_follow![TURNS, Piece::plain(include_str!("wave.wgsl")),],
+    pieces: pieces_that_follow![AIM, PATHS, TURNS, STILL, Piece::plain(include_str!("wave.wgsl"))],
     // Of the many combinations the ends: each method with all effects, and with none.
     specializations: &[
         Specialization { entry: "sight", constants: &[] },
@@ -79,6 +79,7 @@ pub static SHADER: Shader = Shader {
         Specialization { entry: "start", constants: &[] },
         Specialization { entry: "start", constants: LEAST },
         Specialization { entry: "begin", constants: &[] },
+        Specialization { entry: "begin", constants: &[("ADAPTIVE", 0.0)] },
         Specialization { entry: "advance", constants: &[("METHOD", 0.0)] },
         Specialization { entry: "advance", constants: &[("METHOD", 1.0)] },
         Specialization { entry: "advance", constants: &[("METHOD", 2.0)] },
@@ -96,10 +97,11 @@ const LEAST: &[(&str, f64)] = &[
     ("TEXTURES", 0.0),
     ("SECOND_ORDER", 0.0),
     ("EVERYWHERE", 1.0),
+    ("ADAPTIVE", 0.0),
 ];
 
 pub(super) const START: Entry = ("start", &[4, PIXELS, ASKED], None);
-pub(super) const BEGIN: Entry = ("begin", &[PIXELS, ASKED, LANES], NONE);
+pub(super) const BEGIN: Entry = ("begin", &[PIXELS, ASKED, LANES], Some(&["ADAPTIVE"]));
 pub(super) const ADVANCE: Entry = ("advance", &[4, 5, PIXELS, ASKED, LANES, WAITING, FIELD, FIELD + 1], None);
 
 pub(super) const PIXELS: u32 = 6;

@@ -15,7 +15,7 @@ pub use hits::{GpuHit, captured_hits};
 pub use layout::SHADER;
 
 use super::scene::{GpuScene, Submissions};
-use super::{Started, settle, specialize, traced};
+use super::{Started, sample, specialize};
 use crate::prt::gpu::GpuDepthField;
 use crate::tracer::{Frame, Lights, Method, TraceParams, Traced};
 use crate::world::CapturedWorld;
@@ -30,9 +30,6 @@ use pano_core::progress::Progress;
 /// # Errors
 /// [`pano_core::gpu::GpuError::TooLarge`] if the panorama, its depth or a table of the scene does not fit a binding, or what has become
 /// of the device.
-///
-/// # Panics
-/// If [`super::missing`] something.
 pub fn render_captured(
     gpu: &Gpu,
     frame: &Frame<'_>,
@@ -40,7 +37,6 @@ pub fn render_captured(
     params: &TraceParams,
     progress: &dyn Progress,
 ) -> GpuResult<Option<Traced>> {
-    assert_eq!(super::missing(params), None, "the caller asks before");
     let held = Held::new(gpu, frame, world, params)?;
     let lane = held.waiting_bytes().max(size_of::<Lane>()).max(size_of::<Asked>());
     let cut = Submissions::new(gpu, frame, lane, 1);
@@ -58,19 +54,20 @@ pub fn render_captured(
         pixels.extend(gpu.read_slice::<Started>(band.buffer(PIXELS), count)?);
         progress.advance(u64::from(rows.count));
     }
-    settle(&mut pixels, frame.camera, params.samples);
-    for range in cut.bands() {
-        let rows = cut.rows(&range);
-        let in_band = &mut pixels[range.start * width..range.end * width];
-        let band = held.band(rows, gpu.upload_slice(in_band)?, gpu.buffer::<Asked>(rows.pixels())?)?;
-        band.run(BEGIN)?;
-        if !band.follow(&[ADVANCE], progress)? {
-            return Ok(None);
+    sample(&mut pixels, frame.camera, params, progress, |pixels| {
+        for range in cut.bands() {
+            let rows = cut.rows(&range);
+            let in_band = &mut pixels[range.start * width..range.end * width];
+            let band = held.band(rows, gpu.upload_slice(in_band)?, gpu.buffer::<Asked>(rows.pixels())?)?;
+            band.run(BEGIN)?;
+            if !band.follow(&[ADVANCE], progress)? {
+                return Ok(false);
+            }
+            in_band.copy_from_slice(&gpu.read_slice::<Started>(band.buffer(PIXELS), rows.pixels())?);
+            progress.advance(u64::from(rows.count));
         }
-        in_band.copy_from_slice(&gpu.read_slice::<Started>(band.buffer(PIXELS), rows.pixels())?);
-        progress.advance(u64::from(rows.count));
-    }
-    Ok(Some(traced(frame.camera, &pixels)))
+        Ok(true)
+    })
 }
 
 /// A frame's scene in the GPU's memory.

@@ -22,7 +22,7 @@ struct Lane {
     // IDLE once all samples are done.
     job: u32,
     numbers: Sampler,
-    number: u32,
+    pad3: u32,
     path: Path,
     light: Light,
     point: Point,
@@ -47,13 +47,6 @@ struct Lane {
 
 // Real surfaces carry their light.
 const CAPTURED: bool = true;
-// What objects change of them is found on the way.
-const UPDATES: bool = false;
-
-fn update_at(uv: vec2f) -> Update {
-    return Update(vec3f(0.0), 1.0, 0.0);
-}
-
 var<private> lane: u32;
 var<private> waiting: u32;
 // The point in hand has come out of memory, where what it aims at is not kept.
@@ -98,7 +91,7 @@ fn begin(@builtin(global_invocation_id) id: vec3u) {
     }
     texel = texel_of(params.rows, id);
     lane = index_of(params.rows, texel);
-    started = pixels[lane];
+    take_pixel(lane);
     point.stage = 3u;
     last = started.most;
     begin_sample();
@@ -107,10 +100,11 @@ fn begin(@builtin(global_invocation_id) id: vec3u) {
 
 // Keeps what the next turn needs.
 fn put_lane() {
+    put_pixel(lane);
     ray.asks = question();
     asked[lane].quest = ray;
     lanes[lane] = Lane(
-        total, job, numbers, number, path, light, point, mirror, waiting, select(0u, 1u, shows_object), select(0u, 1u, later.exists), 0u,
+        total, job, numbers, 0u, path, light, point, mirror, waiting, select(0u, 1u, shows_object), select(0u, 1u, later.exists), 0u,
         later.first.real.position, later.first.real.surface, later.first.real.normal, 0u, later.first.real.radiance, 0u
     );
 }
@@ -118,13 +112,11 @@ fn put_lane() {
 fn take_lane() {
     let kept = lanes[lane];
     ray = asked[lane].quest;
-    started = pixels[lane];
-    pixel = started.pixel;
+    take_pixel(lane);
     last = started.most;
     total = kept.total;
     job = kept.job;
     numbers = kept.numbers;
-    number = kept.number;
     path = kept.path;
     light = kept.light;
     point = kept.point;
@@ -165,6 +157,5 @@ fn advance(@builtin(global_invocation_id) id: vec3u) {
         answer.object.instance = NOTHING;
         answer.real.exists = false;
     }
-    pixels[lane].pixel = pixel;
     put_lane();
 }

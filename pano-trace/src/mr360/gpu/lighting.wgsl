@@ -1,9 +1,7 @@
-// What lights a frame of MR360, and what is bound: convolved maps, lamps, pixels.
+// What lights a frame of MR360, and its pixels: convolved maps, lamps. A shader that includes this has `lighting: Lighting` in its
+// uniform `params`.
 
-struct LitFrame {
-    rows: Rows,
-    view: View,
-    world: World,
+struct Lighting {
     // Columns of the turn from the world into the maps' frame.
     map_x: vec3f,
     // The table of the maps: for each where it begins among the pictures, its size, the roughness it is for. First the diffuse one, then
@@ -18,10 +16,9 @@ struct LitFrame {
     // How much real surfaces mirror objects, and how roughly.
     gloss: f32,
     gloss_roughness: f32,
-    // Samples of this submission.
-    begin: u32,
-    end: u32,
-    pad: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 // A pixel under way.
@@ -33,39 +30,38 @@ struct LitPixel {
     mixed: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: LitFrame;
 @group(0) @binding(6) var<storage, read_write> pixels: array<LitPixel>;
 // Per pixel and lamp: samples that it reaches.
-@group(0) @binding(7) var<storage, read_write> reached: array<u32>;
+@group(0) @binding(9) var<storage, read_write> reached: array<u32>;
 
 // Lamps cast shadows; objects darken what they are near to; real surfaces mirror objects.
 override SHADOWS: bool = true;
 override AMBIENT_OCCLUSION: bool = true;
 override MIRRORING: bool = true;
 
-struct Lamp {
+struct Source {
     // Of its middle.
     direction: vec3f,
     cos_radius: f32,
     intensity: vec3f,
 }
 
-fn lamp_at(i: u32) -> Lamp {
-    let at = params.lamps + LAMP_WORDS * i;
-    return Lamp(vec3_at(at), number_at(at + 3u), vec3_at(at + 4u));
+fn source_at(i: u32) -> Source {
+    let at = params.lighting.lamps + SOURCE_WORDS * i;
+    return Source(vec3_at(at), number_at(at + 3u), vec3_at(at + 4u));
 }
 
 fn map_uv(d: vec3f) -> vec2f {
-    return uv_from_direction(params.map_x * d.x + params.map_y * d.y + params.map_z * d.z);
+    return uv_from_direction(params.lighting.map_x * d.x + params.lighting.map_y * d.y + params.lighting.map_z * d.z);
 }
 
 fn map_look(map: u32, uv: vec2f) -> vec3f {
-    let at = params.maps + MAP_WORDS * map;
+    let at = params.lighting.maps + MAP_WORDS * map;
     return picture_at(word(at), vec2u(word(at + 1u), word(at + 2u)), uv);
 }
 
 fn map_roughness(map: u32) -> f32 {
-    return number_at(params.maps + MAP_WORDS * map + 3u);
+    return number_at(params.lighting.maps + MAP_WORDS * map + 3u);
 }
 
 // Radiance that a white diffuse surface sends back.
