@@ -15,7 +15,7 @@ pub use wave::{GpuHit, SHADER as WAVE, captured_hits, render_captured};
 
 use super::adaptive::{self, Noise};
 use super::delta::{AROUND, FULL_EFFORT, LEAST_EFFORT, LEAST_EFFORT_ONCE};
-use super::delta::{PATHS_END_SHARE, SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
+use super::delta::{LIGHTS_OF_AN_IMAGE, PATHS_END_SHARE, SECOND_ORDER_EFFORT, SECOND_ORDER_LIGHTS};
 use super::influence::{self, Thinned, least_of_neighbours};
 use super::path::ROULETTE_FROM;
 use super::{Frame, Lights, Method, Mis, Pixel, Sampling, Scene, TraceParams, Traced, layers};
@@ -76,6 +76,7 @@ pub(crate) const AIM: Piece = Piece {
             Constant::f32("LEAST_EFFORT_ONCE", LEAST_EFFORT_ONCE),
             Constant::f32("SECOND_ORDER_EFFORT", SECOND_ORDER_EFFORT),
             Constant::u32("SECOND_ORDER_LIGHTS", SECOND_ORDER_LIGHTS),
+            Constant::u32("LIGHTS_OF_AN_IMAGE", LIGHTS_OF_AN_IMAGE),
             Constant::f32("PATHS_END_SHARE", PATHS_END_SHARE),
             Constant::f32("AROUND", AROUND),
             Constant::f32("SPIKY", influence::SPIKY),

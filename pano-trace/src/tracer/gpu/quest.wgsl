@@ -39,6 +39,8 @@ const AS_UPDATED: u32 = 512u;
 const BY_FACET: u32 = 1024u;
 // A real surface is to be found, its radiance need not be.
 const UNLIT: u32 = 2048u;
+// It comes from an object, to which real surfaces show other mirror images than the panorama has seen.
+const FROM_OBJECT: u32 = 4096u;
 
 var<private> ray: Quest;
 

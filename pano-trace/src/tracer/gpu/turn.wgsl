@@ -84,7 +84,7 @@ fn question() -> u32 {
         return 0u;
     }
     if job == PATH || job == SHADOW || job == AIMED {
-        return path_question();
+        return path_question() | select(0u, FROM_OBJECT | select(0u, BY_FACET, job == SHADOW), CAPTURED && path.from_object == 1u);
     }
     var asks = ASKS | select(0u, FOR_OBJECTS, job != CAMERA || path.mixed == 1u);
     let far = ray.aimed == AT_INFINITY;
@@ -264,7 +264,9 @@ fn end_path(answer: Answer, first: First, weight: f32, effort: ptr<function, Eff
     add_end(answer, weight);
     if CAPTURED && SECOND_ORDER && first.what == REAL && path.mixed == 1u && path.remaining > 0u {
         path.outer *= path.throughput;
-        *effort = of_a_paths_end();
+        if path.from_object == 1u && path.found_by < 0.0 {
+            *effort = of_an_image();
+        }
         return AT_POINT;
     }
     return FINISHED;

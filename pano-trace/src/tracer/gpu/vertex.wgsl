@@ -7,6 +7,7 @@ fn scatter(first: First, matter: Matter, pair: bool, weight: f32) {
     var bsdf: Bsdf;
     var position: vec3f;
     let on_object = first.what == OBJECT;
+    path.from_object = select(0u, 1u, on_object);
     if on_object {
         let surface = surface_at(objects(), first.object, first.direction);
         if METHOD != IBL {

@@ -37,6 +37,8 @@ struct Path {
     depth: i32,
     // 1 if it can meet objects.
     mixed: u32,
+    // 1 if it has scattered at one last.
+    from_object: u32,
 }
 
 // A light sample: what it counts, and the density with which the surface would have found it. What comes after it.
@@ -93,12 +95,17 @@ struct Point {
 }
 
 fn path_of(outer: vec3f, bounces: u32, mixed: bool) -> Path {
-    return Path(outer, -1.0, vec3f(1.0), bounces, 0, select(0u, 1u, mixed));
+    return Path(outer, -1.0, vec3f(1.0), bounces, 0, select(0u, 1u, mixed), 0u);
 }
 
 // Of points that only colour a path's end.
 fn of_a_paths_end() -> Effort {
     return Effort(PATHS_END_SHARE, LEAST_EFFORT_ONCE, 1.0, 1u);
+}
+
+// Of points that a mirror or glass shows.
+fn of_an_image() -> Effort {
+    return Effort(1.0, LEAST_EFFORT_ONCE, 1.0, LIGHTS_OF_AN_IMAGE);
 }
 
 // Of points that change another.

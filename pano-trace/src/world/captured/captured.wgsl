@@ -25,9 +25,9 @@ struct World {
     coarse_size: vec2u,
     // Pairs of rays by which a back face is lit.
     hidden_samples: u32,
-    pad1: u32,
-    pad2: u32,
-    pad3: u32,
+    // Reflectances of mirrors; no size if nothing mirrors.
+    mirrors: u32,
+    mirrors_size: vec2u,
 }
 
 // Surfaces that the panorama shows, and sides that are only assumed.
@@ -108,6 +108,23 @@ fn world_matter(world: World, hit: RealHit) -> Matter {
     let received = irradiance_at(world, place_in_pano(world, hit.position), to_pano(world, hit.normal));
     let diffuse = received * (world.cap / PI);
     return Matter(reflectance_from(hit.radiance, received, world.cap), luminance(max(hit.radiance - diffuse, vec3f(0.0))));
+}
+
+// The reflectance of the mirror that the panorama shows there, 0 for none.
+fn mirror_at(world: World, uv: vec2f) -> f32 {
+    let size = vec2i(world.mirrors_size);
+    if size.x == 0 {
+        return 0.0;
+    }
+    let at = footprint(size, uv);
+    var sum = 0.0;
+    for (var i = 0; i < 4; i++) {
+        let d = vec2i(i % 2, i / 2);
+        let shares = select(vec2f(1.0) - at.fraction, at.fraction, d == vec2i(1));
+        let there = wrap_texel(size, at.texel.x + d.x, at.texel.y + d.y);
+        sum += number_at(world.mirrors + u32(there.y * size.x + there.x)) * (shares.x * shares.y);
+    }
+    return sum;
 }
 
 // A lamp as a point of the panorama's frame sees it: no cone if it does not.

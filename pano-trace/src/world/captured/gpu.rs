@@ -45,9 +45,8 @@ pano_core::uniform! {
         fine_size: [u32; 2],
         coarse_size: [u32; 2],
         hidden_samples: u32,
-        pad1: u32,
-        pad2: u32,
-        pad3: u32,
+        mirrors: u32,
+        mirrors_size: [u32; 2],
     }
 }
 
@@ -64,6 +63,10 @@ impl GpuWorld for CapturedWorld {
         let (light, light_size) = self.light.as_ref().map_or((0, [1, 1]), |light| light.pack(words));
         let [(fine, fine_size), (coarse, coarse_size)] = self.irradiance.as_ref().map_or([(0, [0, 0]); 2], |map| map.pack(words));
         let (lamps, lamp_count) = self.lamps.pack(words);
+        let (mirrors, mirrors_size) = self.mirrors.as_ref().map_or((0, [0, 0]), |mirrors| {
+            let at = words.numbers(mirrors.data().iter().copied());
+            (at, [mirrors.width() as u32, mirrors.height() as u32])
+        });
         let [pano_x, pano_y, pano_z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| self.world_from_pano.inverse() * axis);
         World {
             pano_x,
@@ -83,9 +86,8 @@ impl GpuWorld for CapturedWorld {
             fine_size,
             coarse_size,
             hidden_samples: self.hidden_samples,
-            pad1: 0,
-            pad2: 0,
-            pad3: 0,
+            mirrors,
+            mirrors_size,
         }
     }
 }

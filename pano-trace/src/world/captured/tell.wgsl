@@ -165,7 +165,8 @@ struct Relit {
     // What it is to count, if a mirror shows it.
     gloss: f32,
     received: vec3f,
-    pad1: u32,
+    // …and at most.
+    most: f32,
     goal: vec3f,
     pad2: u32,
     position: vec3f,

@@ -104,7 +104,7 @@ pano_core::uniform! {
         scale: [u32; 3],
         gloss: u32,
         received: [u32; 3],
-        pad1: u32,
+        most: u32,
         goal: [u32; 3],
         pad2: u32,
         position: [u32; 3],

@@ -110,7 +110,7 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
     let met = asked[k].met;
     var found = found_on(world, way, met);
     let pdf = light_pdf(world, way, found);
-    let mirrors = UPDATES && (quest.asks & MIRRORS) != 0u;
+    let mirrors = (quest.asks & MIRRORS) != 0u;
     var relit: Relit;
     if mirrors || (quest.asks & RELIGHTS) != 0u {
         relit = relits[k];
@@ -136,8 +136,13 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
                 | select(0u, LIGHT_KNOWN, known);
             asked[k].told = Told(position, t, from_pano(world, found.normal), what, found.radiance, pdf);
         }
-        if UPDATES && !mirrors && (quest.asks & AS_UPDATED) != 0u {
-            let mirror = updated(k, known, found, position);
+        if !mirrors && (quest.asks & (AS_UPDATED | FROM_OBJECT)) != 0u {
+            var mirror: Way;
+            if UPDATES {
+                mirror = updated(k, known, found, position);
+            } else {
+                mirror = sent_back(k, known, found, position);
+            }
             if mirror.by != NOT_FOLLOWED {
                 asked[k].way = mirror;
                 asked[k].quest.asks = quest.asks | MIRRORS;
@@ -153,6 +158,7 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
         let mirror = relit;
         relit = relit_of(world, found, position, from_pano(world, found.normal), front);
         relit.gloss = mirror.gloss;
+        relit.most = mirror.most;
         relit.before = mirror.before;
         relit.changed = mirror.changed;
     }
@@ -173,8 +179,12 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
 // All is told of a ray; `radiance` is what its surface `mirrors`, if that was asked.
 fn finish(k: u32, mirrors: bool, radiance: vec3f, relit: Relit) {
     if mirrors {
-        asked[k].told.radiance += radiance * relit.gloss;
-        relits[k].before = relit.before + radiance * relit.gloss;
+        var image = radiance * relit.gloss;
+        if !UPDATES {
+            image *= min(relit.most / max(luminance(image), 1e-30), 1.0);
+        }
+        asked[k].told.radiance += image;
+        relits[k].before = relit.before + image;
     }
     asked[k].quest.asks = 0u;
 }
@@ -203,6 +213,34 @@ fn updated(k: u32, known: bool, found: Found, position: vec3f) -> Way {
     }
     relits[k] = relit;
     return way;
+}
+
+// Tells what a surface sends back to an object but for what it mirrors there; the way to that, not followed if it mirrors nothing. See
+// CapturedWorld::sent_back.
+fn sent_back(k: u32, known: bool, found: Found, position: vec3f) -> Way {
+    let world = params.world;
+    let quest = asked[k].quest;
+    let none = Way(vec3f(0.0), 0.0, vec3f(0.0), NOT_FOLLOWED);
+    if !(known && found.exists && !found.hidden) {
+        return none;
+    }
+    let reflectance = mirror_at(world, uv_from_direction(found.at));
+    if reflectance <= 0.0 {
+        return none;
+    }
+    let normal = from_pano(world, select(found.normal, found.facet, (quest.asks & BY_FACET) != 0u));
+    let here = RealHit(position, 0.0, normal, SEEN, found.radiance, true);
+    let beyond = world_matter(world, here).beyond;
+    if beyond <= 0.0 {
+        return none;
+    }
+    asked[k].told.radiance = found.radiance * (1.0 - beyond / luminance(found.radiance));
+    var relit: Relit;
+    relit.start = world_leave(world, here);
+    relit.gloss = reflectance;
+    relit.most = beyond;
+    relits[k] = relit;
+    return way_of(world, relit.start, reflect(quest.direction, normal), NEVER);
 }
 
 fn answer_of(k: u32) -> Answer {
