@@ -45,6 +45,9 @@ const SETTLED_MS: f64 = 2_000.0;
 const SETTLING: u32 = 3;
 /// …this share.
 const SETTLED: f64 = 0.06;
+/// No more than this many times the samples that were timed are foreseen: where the clock's noise hides what a sample takes, any number
+/// would seem to fit.
+const FARTHEST: u32 = 32;
 /// The share of a time budget that preparing the captured world may take.
 const PREPARATION_SHARE: f64 = 0.4;
 /// One sample should take less than this share of the budget, where a cheaper preparation can make it.
@@ -207,11 +210,12 @@ fn cheaper(choice: &Choice, free: bool, captured: bool) -> Vec<Choice> {
     all
 }
 
-/// The samples for which the line through two (samples, milliseconds) reaches `budget_ms`, at least 1, and its time there.
+/// The samples for which the line through two (samples, milliseconds) reaches `budget_ms`, at least 1 and at most [`FARTHEST`] times
+/// `more`, and its time there.
 fn extrapolate((few, few_ms): (u32, f64), (more, more_ms): (u32, f64), budget_ms: f64) -> (u32, f64) {
     let slope = ((more_ms - few_ms) / f64::from(more - few)).max(1e-6);
     let fit = f64::from(more) + (budget_ms - more_ms) / slope;
-    let samples = fit.clamp(1.0, f64::from(Render::MAX_SAMPLES)) as u32;
+    let samples = fit.clamp(1.0, f64::from(Render::MAX_SAMPLES.min(FARTHEST * more))) as u32;
     (samples, more_ms + slope * (f64::from(samples) - f64::from(more)))
 }
 
@@ -303,7 +307,8 @@ mod tests {
         assert_eq!(extrapolate((1, 20.0), (16, 50.0), 150.0), (66, 150.0));
         assert_eq!(extrapolate((1, 20.0), (4, 80.0), 40.0).0, 2);
         // A clock that runs backwards, and a budget without end.
-        assert_eq!(extrapolate((1, 20.0), (4, 19.0), 1e12).0, Render::MAX_SAMPLES);
+        assert_eq!(extrapolate((1, 20.0), (4, 19.0), 1e12).0, 128);
+        assert_eq!(extrapolate((1, 20.0), (16_384, 19.0), 1e12).0, Render::MAX_SAMPLES);
         assert_eq!(extrapolate((1, 20.0), (4, 80.0), 1.0).0, 1);
     }
 
