@@ -98,8 +98,6 @@ pub fn choose(scene: &Scene, goal: Goal, denoise: bool, progress: &dyn Progress)
 /// shadows.
 fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn Progress) -> Result<Chosen> {
     progress.begin("calibrate", 3);
-    // What was read first came from a disk, and into memory that was not there yet.
-    bench.load_again()?;
     let mut prepared_by_cost = Vec::new();
     if bench.is_captured() {
         // From cheap to dear, as long as the next one, whose work is known, can be expected to fit.
@@ -126,8 +124,11 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
     let time = |bench: &mut Bench<'_>, prepared: &Choice, samples: u32| -> Result<f64> {
         let mut times: Vec<f64> = Vec::new();
         while times.len() < if times.first().is_some_and(|&ms| ms < BRIEF_MS) { REPEATS } else { 1 } {
-            // A single picture will find no world prepared.
+            // A single picture finds nothing read and no world prepared.
             bench.forget_world();
+            if bench.load_ms() < BRIEF_MS {
+                bench.load_again()?;
+            }
             let row = bench.measure(&Choice { samples, ..prepared.clone() }, progress)?;
             times.push(row.ms + bench.load_ms());
         }
