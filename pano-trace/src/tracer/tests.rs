@@ -220,7 +220,7 @@ fn captured_box_of(radiance: impl Fn(Vec3) -> f32 + Sync) -> CapturedWorld {
         let d = direction(x, y);
         Vec3::splat(radiance(d * distance(d)))
     });
-    let options = CapturedOptions { irradiance_width: 128, irradiance_samples: 64, ..CapturedOptions::default() };
+    let options = CapturedOptions { mirrors: true, irradiance_width: 128, irradiance_samples: 64, ..CapturedOptions::default() };
     CapturedWorld::new(Arc::new(radiance), &depth, Quat::IDENTITY, Vec3::ZERO, &[], &options, &Silent).unwrap()
 }
 

@@ -44,8 +44,8 @@ pub(super) fn find(world: &CapturedWorld, width: usize) -> Option<Mirrors> {
     mirrors.data().iter().any(|&reflectance| reflectance > 0.0).then_some(mirrors)
 }
 
-/// What a mirror at a hit of a ray along `direction` shows.
+/// What a mirror at a hit of a ray along `direction` shows; sides that the panorama has not seen are as bright as their front.
 pub(super) fn image_in(world: &CapturedWorld, hit: &RealHit, direction: Vec3) -> Vec3 {
     let ray = Ray::new(world.leave(hit), mirrored(direction, hit.normal));
-    world.arriving(ray.direction, world.hit(&ray).as_ref())
+    world.arriving(ray.direction, world.nearest(&ray).map(|(hit, _)| hit).as_ref())
 }

@@ -37,6 +37,9 @@ pub struct CapturedOptions {
     /// Pairs of rays by which the light on a side that the panorama has not seen is estimated, each time a ray meets one. One
     /// is as good as more for diffuse surfaces, whose rays are many; mirrors show the noise. 0: it has the colour of its front.
     pub hidden_samples: u32,
+    /// Whether objects see in surfaces that mirror what lies in the mirror direction of their own rays (false), see
+    /// [`RealWorld::sent_back`]; else what the panorama saw in them. It needs `irradiance_width`.
+    pub mirrors: bool,
 }
 
 impl Default for CapturedOptions {
@@ -47,6 +50,7 @@ impl Default for CapturedOptions {
             irradiance_width: 512,
             irradiance_samples: 8,
             hidden_samples: 1,
+            mirrors: false,
         }
     }
 }
@@ -131,7 +135,9 @@ impl CapturedWorld {
                 world.irradiance = Some(coarse(&world, samples.div_ceil(FIRST_MAP))?);
             }
             world.irradiance = Some(coarse(&world, samples)?.refined(&world, objects, options, progress)?);
-            world.mirrors = mirrors::find(&world, options.irradiance_width);
+            if options.mirrors {
+                world.mirrors = mirrors::find(&world, options.irradiance_width);
+            }
         }
         Some(world)
     }
@@ -330,7 +336,9 @@ impl RealWorld for CapturedWorld {
 
     fn sent_back(&self, hit: &RealHit, direction: Vec3) -> Option<Vec3> {
         let shown = hit.radiance?;
-        let Some(mirrors) = self.mirrors.as_ref().filter(|_| hit.surface == SEEN) else { return Some(shown) };
+        // Only the side that the panorama shows is known to mirror.
+        let seen = hit.surface == SEEN && hit.normal.dot(hit.position - self.capture) < 0.0;
+        let Some(mirrors) = self.mirrors.as_ref().filter(|_| seen) else { return Some(shown) };
         let reflectance = sphere::bilinear(mirrors, sphere::uv_from_direction(self.to_pano(hit.position)));
         let beyond = if reflectance > 0.0 { self.beyond_diffuse(hit) } else { 0.0 };
         if beyond == 0.0 {

@@ -150,7 +150,7 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
             }
         }
         let front = found_by_look(found.front, met.shown, NEVER);
-        let unlit = (quest.asks & UNLIT) != 0u;
+        let unlit = (quest.asks & UNLIT) != 0u || (mirrors && !UPDATES);
         if unlit || !(known && found.hidden && met.what == BACK_FACE && has_irradiance(world) && front.exists) {
             finish(k, mirrors, found.radiance, relit);
             return;
@@ -221,14 +221,16 @@ fn sent_back(k: u32, known: bool, found: Found, position: vec3f) -> Way {
     let world = params.world;
     let quest = asked[k].quest;
     let none = Way(vec3f(0.0), 0.0, vec3f(0.0), NOT_FOLLOWED);
-    if !(known && found.exists && !found.hidden) {
+    let facing = select(found.normal, found.facet, (quest.asks & BY_FACET) != 0u);
+    // Only the side that the panorama shows is known to mirror.
+    if !(known && found.exists && !found.hidden && dot(facing, found.at) < 0.0) {
         return none;
     }
     let reflectance = mirror_at(world, uv_from_direction(found.at));
     if reflectance <= 0.0 {
         return none;
     }
-    let normal = from_pano(world, select(found.normal, found.facet, (quest.asks & BY_FACET) != 0u));
+    let normal = from_pano(world, facing);
     let here = RealHit(position, 0.0, normal, SEEN, found.radiance, true);
     let beyond = world_matter(world, here).beyond;
     if beyond <= 0.0 {
