@@ -2,8 +2,7 @@
 
 use super::{Frame, GBuffer};
 use crate::bvh::Ray;
-use crate::directions::mirrored;
-use crate::world::{Environment, LightSample, RealHit, RealWorld};
+use crate::world::{Environment, LightSample, RealHit, RealWorld, mirror_ray};
 use glam::{Quat, Vec2, Vec3};
 use pano_core::{image::Image, sphere};
 
@@ -62,7 +61,7 @@ impl<'a, W: RealWorld> UpdatedWorld<'a, W> {
 
     /// Where a mirror at a hit of a ray along `direction` looks.
     pub(super) fn mirror_ray(&self, hit: &RealHit, direction: Vec3) -> Ray {
-        Ray::new(self.world.leave(hit), mirrored(direction, hit.normal))
+        mirror_ray(self.world, hit, direction)
     }
 
     /// What the world without objects shows there.

@@ -8,9 +8,7 @@
 
 use super::path::{First, Scene};
 use super::{Tracer, Walk};
-use crate::bvh::Ray;
-use crate::directions::mirrored;
-use crate::world::{RealHit, RealWorld};
+use crate::world::{RealHit, RealWorld, mirror_ray};
 use glam::Vec3;
 use pano_core::color::luminance;
 
@@ -21,7 +19,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         if beyond <= 0.0 {
             return Vec3::ZERO;
         }
-        let ray = Ray::new(self.world.leave(hit), mirrored(direction, hit.normal));
+        let ray = mirror_ray(self.world, hit, direction);
         walk.rays += 1;
         let Some(object) = self.objects.intersect(&ray) else { return Vec3::ZERO };
         walk.rays += 1;

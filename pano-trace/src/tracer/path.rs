@@ -107,9 +107,8 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
                     break;
                 }
                 First::Real(hit) => {
-                    if let Some(shown) = hit.radiance {
-                        let sent = if from_object { self.world.sent_back(hit, ray.direction) } else { None };
-                        let radiance = sent.unwrap_or(shown);
+                    let told = if from_object { self.world.sent_back(hit, ray.direction) } else { hit.radiance };
+                    if let Some(radiance) = told {
                         light += throughput * radiance * weight(self, &first);
                         if scene == Scene::Mixed && remaining > 0 && self.params.second_order {
                             let image = from_object && found_by.is_none();

@@ -19,6 +19,7 @@ pub use layered::LayeredWorld;
 pub use proxy::{Proxy, ProxyShape, ProxyWorld, Reflectance};
 
 use crate::bvh::Ray;
+use crate::directions::mirrored;
 use glam::{Quat, Vec2, Vec3};
 use pano_core::{distribution::SphereDistribution, image::RadianceImage, sphere};
 
@@ -164,4 +165,9 @@ pub trait RealWorld: std::fmt::Debug + Sync {
 
     /// Where a ray that leaves a real surface starts.
     fn leave(&self, hit: &RealHit) -> Vec3;
+}
+
+/// Where a mirror at a hit of a ray along `direction` looks.
+pub(crate) fn mirror_ray<W: RealWorld>(world: &W, hit: &RealHit, direction: Vec3) -> Ray {
+    Ray::new(world.leave(hit), mirrored(direction, hit.normal))
 }

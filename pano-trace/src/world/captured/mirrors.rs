@@ -6,8 +6,7 @@
 
 use super::CapturedWorld;
 use crate::bvh::Ray;
-use crate::directions::mirrored;
-use crate::world::{RealHit, RealWorld};
+use crate::world::{RealHit, RealWorld, mirror_ray};
 use glam::{Vec2, Vec3};
 use pano_core::{color::luminance, image::Image, sphere};
 
@@ -46,6 +45,6 @@ pub(super) fn find(world: &CapturedWorld, width: usize) -> Option<Mirrors> {
 
 /// What a mirror at a hit of a ray along `direction` shows; sides that the panorama has not seen are as bright as their front.
 pub(super) fn image_in(world: &CapturedWorld, hit: &RealHit, direction: Vec3) -> Vec3 {
-    let ray = Ray::new(world.leave(hit), mirrored(direction, hit.normal));
+    let ray = mirror_ray(world, hit, direction);
     world.arriving(ray.direction, world.nearest(&ray).map(|(hit, _)| hit).as_ref())
 }

@@ -158,7 +158,6 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
         let mirror = relit;
         relit = relit_of(world, found, position, from_pano(world, found.normal), front);
         relit.gloss = mirror.gloss;
-        relit.most = mirror.most;
         relit.before = mirror.before;
         relit.changed = mirror.changed;
     }

@@ -47,6 +47,7 @@ struct Lane {
 
 // Real surfaces carry their light.
 const CAPTURED: bool = true;
+
 var<private> lane: u32;
 var<private> waiting: u32;
 // The point in hand has come out of memory, where what it aims at is not kept.
