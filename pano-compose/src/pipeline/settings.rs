@@ -69,6 +69,10 @@ pub const SETTINGS: &[Setting] = &[
     Setting { key: "gap_contrast", help: "> 1: a depth step this much larger than those beside it is a gap (3)" },
     Setting { key: "gap_relative", help: "> 0: …and larger than this share of the depth (0.01)" },
     Setting { key: "back_faces", help: "true | false: things have back faces at depth gaps (true)" },
+    Setting {
+        key: "mirrors",
+        help: "true | false: objects see in shining surfaces what those mirror from where they are (true)",
+    },
     Setting { key: "irradiance_width", help: "8–4096: columns of the irradiance map near objects (512)" },
     Setting { key: "irradiance_samples", help: "1–65536: pairs of rays per texel of it (8)" },
     Setting {
@@ -218,6 +222,7 @@ impl Settings {
             "gap_contrast" => self.captured.field.gap_contrast = number(1.0, 1e6)?,
             "gap_relative" => self.captured.field.gap_relative = number(1e-6, 1.0)?,
             "back_faces" => self.captured.field.back_faces = value.parse().map_err(|_| bad())?,
+            "mirrors" => self.captured.mirrors = value.parse().map_err(|_| bad())?,
             "irradiance_width" => self.captured.irradiance_width = count(8, 4096)? as usize,
             "irradiance_samples" => self.captured.irradiance_samples = count(1, 65536)?,
             "hidden_samples" => self.hidden_samples = if value == "auto" { None } else { Some(count(0, 64)?) },

@@ -120,6 +120,7 @@ pub fn build_world(
         // iprt has the fewest rays, and mirrors show each of them.
         options.hidden_samples =
             settings.hidden_samples.unwrap_or(if method == Method::Iprt { 4 } else { options.hidden_samples });
+        options.mirrors &= matches!(method, Method::Dpt | Method::Onepass | Method::Twopass);
         let mut bounds = objects.clusters();
         match method {
             // Nothing real changes, or the method has irradiance of its own: no reflectance is asked for.

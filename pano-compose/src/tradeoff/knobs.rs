@@ -125,6 +125,15 @@ pub const KNOBS: &[Knob] = &[
         scope: Scope::Captured,
     },
     Knob {
+        name: "mirrors",
+        unit: "switch",
+        range: "true, false",
+        default: "true",
+        error: "objects see in shining surfaces what the panorama saw in them",
+        values: &["false", "true"],
+        scope: Scope::Captured,
+    },
+    Knob {
         name: "irradiance_width",
         unit: "columns",
         range: "8 to 4096",

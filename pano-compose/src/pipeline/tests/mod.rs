@@ -173,6 +173,7 @@ fn settings_are_checked() {
         ("field_resolution", "64"),
         ("gap_contrast", "4"),
         ("gap_relative", "0.02"),
+        ("mirrors", "false"),
         ("irradiance_width", "64"),
         ("irradiance_samples", "4"),
         ("hidden_samples", "4"),

@@ -1,6 +1,6 @@
 //! The captured radiance field as shaders read it. Its tables (irradiance, lamps, light) are made on the CPU.
 
-use super::{AT_CAPTURE, CapturedWorld, LEAVE, hidden, irradiance, lamps};
+use super::{AT_CAPTURE, CapturedWorld, LEAVE, hidden, irradiance, lamps, mirrors};
 use crate::bvh::Tlas;
 use crate::prt::gpu::GpuDepthField;
 use crate::world::gpu::GpuWorld;
@@ -16,6 +16,7 @@ pub(crate) const CAPTURED: Piece = Piece {
         vec![
             Constant::f32("LEAVE", LEAVE),
             Constant::f32("LEAST_ALIKE", irradiance::LEAST_ALIKE),
+            Constant::f32("BRIGHTEST_IMAGE", mirrors::BRIGHTEST),
             Constant::u32("TEXEL_WORDS", irradiance::TEXEL_WORDS),
             Constant::u32("LAMP_WORDS", lamps::LAMP_WORDS),
             Constant::f32("AT_CAPTURE", AT_CAPTURE),

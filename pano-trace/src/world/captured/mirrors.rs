@@ -13,6 +13,11 @@ use pano_core::{color::luminance, image::Image, sphere};
 /// Texels to each side over which the quotient is taken; with a map of 512 columns a degree.
 const RADIUS: isize = 1;
 
+/// How many times as bright as the image that the panorama has seen another may be: how far a mirror that is not perfect spreads a lamp
+/// is not known. Between 1 and 2 objects in the living room differ by .0004 in SSIM and get .3 % brighter; without a bound they lose
+/// what the image has gained.
+pub(super) const BRIGHTEST: f32 = 2.0;
+
 /// Reflectances of mirrors as a picture of the panorama, [0, 1]; 0 where nothing is mirrored.
 pub(super) type Mirrors = Image<f32>;
 

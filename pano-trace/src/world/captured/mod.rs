@@ -37,7 +37,7 @@ pub struct CapturedOptions {
     /// Pairs of rays by which the light on a side that the panorama has not seen is estimated, each time a ray meets one. One
     /// is as good as more for diffuse surfaces, whose rays are many; mirrors show the noise. 0: it has the colour of its front.
     pub hidden_samples: u32,
-    /// Whether objects see in surfaces that mirror what lies in the mirror direction of their own rays (false), see
+    /// Whether objects see in surfaces that mirror what lies in the mirror direction of their own rays, see
     /// [`RealWorld::sent_back`]; else what the panorama saw in them. It needs `irradiance_width`.
     pub mirrors: bool,
 }
@@ -50,7 +50,7 @@ impl Default for CapturedOptions {
             irradiance_width: 512,
             irradiance_samples: 8,
             hidden_samples: 1,
-            mirrors: false,
+            mirrors: true,
         }
     }
 }
@@ -345,8 +345,7 @@ impl RealWorld for CapturedWorld {
             return Some(shown);
         }
         let image = mirrors::image_in(self, hit, direction) * reflectance;
-        // No brighter than the one that the panorama has seen: how far a mirror that is not perfect spreads a lamp is not known.
-        let image = image * (beyond / color::luminance(image)).min(1.0);
+        let image = image * (mirrors::BRIGHTEST * beyond / color::luminance(image)).min(1.0);
         Some(shown * (1.0 - beyond / color::luminance(shown)) + image)
     }
 

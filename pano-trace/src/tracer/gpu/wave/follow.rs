@@ -67,6 +67,8 @@ pano_core::uniform! {
         pub(crate) what: u32,
         pub(crate) radiance: Vec3,
         pub(crate) pdf: f32,
+        shown: Vec3,
+        pad: u32,
     }
 }
 

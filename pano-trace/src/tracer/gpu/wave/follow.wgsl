@@ -12,11 +12,16 @@ struct Told {
     // Of the surface, or of infinity.
     radiance: vec3f,
     pdf: f32,
+    // With HAS_IMAGE, what the panorama shows of it: its matter is told from that.
+    shown: vec3f,
+    pad: u32,
 }
 
 // Beside REAL_EXISTS and REAL_HIDDEN.
 const LIGHT_KNOWN: u32 = 4u;
 const WORLD_ASKED: u32 = 8u;
+// The radiance is with a mirror image that the panorama does not show.
+const HAS_IMAGE: u32 = 16u;
 
 // A ray in hand and what is known of it. `quest.asks` is 0 once all is told.
 struct Asked {
@@ -134,7 +139,7 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
             known = is_reached(world, found, position, quest.aimed, quest.goal);
             let what = WORLD_ASKED | select(0u, REAL_EXISTS, found.exists) | select(0u, REAL_HIDDEN, found.hidden)
                 | select(0u, LIGHT_KNOWN, known);
-            asked[k].told = Told(position, t, from_pano(world, found.normal), what, found.radiance, pdf);
+            asked[k].told = Told(position, t, from_pano(world, found.normal), what, found.radiance, pdf, found.radiance, 0u);
         }
         if !mirrors && (quest.asks & (AS_UPDATED | FROM_OBJECT)) != 0u {
             var mirror: Way;
@@ -236,10 +241,11 @@ fn sent_back(k: u32, known: bool, found: Found, position: vec3f) -> Way {
         return none;
     }
     asked[k].told.radiance = found.radiance * (1.0 - beyond / luminance(found.radiance));
+    asked[k].told.what |= HAS_IMAGE;
     var relit: Relit;
     relit.start = world_leave(world, here);
     relit.gloss = reflectance;
-    relit.most = beyond;
+    relit.most = BRIGHTEST_IMAGE * beyond;
     relits[k] = relit;
     return way_of(world, relit.start, reflect(quest.direction, normal), NEVER);
 }
@@ -248,7 +254,8 @@ fn answer_of(k: u32) -> Answer {
     let told = asked[k].told;
     let real_exists = (told.what & REAL_EXISTS) != 0u;
     let surface = select(SEEN, HIDDEN_SIDE, (told.what & REAL_HIDDEN) != 0u);
-    let real = RealHit(told.position, told.t, told.normal, surface, told.radiance, real_exists);
+    let shown = select(told.radiance, told.shown, (told.what & HAS_IMAGE) != 0u);
+    let real = RealHit(told.position, told.t, told.normal, surface, shown, real_exists);
     let known = (told.what & LIGHT_KNOWN) != 0u;
     return Answer(asked[k].object, real, told.radiance, told.pdf, known, (told.what & WORLD_ASKED) != 0u);
 }
