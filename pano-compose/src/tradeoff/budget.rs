@@ -50,10 +50,11 @@ const SETTLED: f64 = 0.06;
 const FARTHEST: u32 = 32;
 /// The share of a time budget that preparing the captured world may take.
 const PREPARATION_SHARE: f64 = 0.4;
-/// One sample should take less than this share of the budget, where a cheaper preparation can make it.
+/// One sample should take less than this share of the budget where a cheaper preparation can make it; all of it where only a method
+/// that shows less would be faster.
 const ROOM: f64 = 0.8;
-/// …and less than this one where only a method that shows less would be faster.
-const ROOM_OF_A_METHOD: f64 = 0.95;
+/// Bounces of the leanest recursive picture: a ray through a body of glass and what lies behind it.
+const LEAN_BOUNCES: u32 = 3;
 /// Samples of each half of the reference that errors are calibrated against.
 const REFERENCE: u32 = 96;
 /// Bounces of that reference, at least.
@@ -143,7 +144,7 @@ fn for_time(bench: &mut Bench<'_>, base: &Choice, budget_ms: f64, progress: &dyn
         // Where another method is at hand, a handful of samples or it.
         let other = prepared.method == base.method && prepared_by_cost.iter().any(|next| next.method != base.method);
         let room = match prepared_by_cost.last() {
-            Some(next) if next.method != prepared.method => ROOM_OF_A_METHOD,
+            Some(next) if next.method != prepared.method => 1.0,
             _ => ROOM,
         };
         let fits = if other { one < budget_ms && time(bench, &prepared, FEW)? <= budget_ms } else { one < room * budget_ms };
@@ -201,6 +202,8 @@ fn cheaper(choice: &Choice, free: bool, captured: bool) -> Vec<Choice> {
         all.extend(choice.denoise.then(|| Choice { denoise: false, ..ibl.clone() }));
         all.push(ibl);
         if choice.method == Method::Dpt {
+            let lean = Choice { bounces: LEAN_BOUNCES, denoise: false, ..recursive.clone() };
+            all.push(if captured { coarse(&lean) } else { lean });
             all.extend(captured.then(|| coarse(&recursive)));
             all.push(recursive);
         }
@@ -322,10 +325,16 @@ mod tests {
         assert_eq!(told(false), [(Method::Dpt, 3, true)]);
         assert_eq!(
             told(true),
-            [(Method::Ibl, 3, false), (Method::Ibl, 3, true), (Method::Rt2ar, 6, true), (Method::Dpt, 3, true)]
+            [
+                (Method::Ibl, 3, false),
+                (Method::Ibl, 3, true),
+                (Method::Rt2ar, 3, false),
+                (Method::Rt2ar, 6, true),
+                (Method::Dpt, 3, true)
+            ]
         );
         let coarse = [("field_resolution", "128")];
-        assert_eq!([0, 3].map(|i| cheaper(&choice, true, true)[i].settings.clone()), [coarse, coarse]);
+        assert_eq!([0, 3, 4].map(|i| cheaper(&choice, true, true)[i].settings.clone()), [coarse; 3]);
         assert!(cheaper(&Choice { bounces: 2, ..choice }, false, true).is_empty());
     }
 
