@@ -120,13 +120,14 @@ pub fn build_world(
         // iprt has the fewest rays, and mirrors show each of them.
         options.hidden_samples =
             settings.hidden_samples.unwrap_or(if method == Method::Iprt { 4 } else { options.hidden_samples });
-        options.mirrors &= matches!(method, Method::Dpt | Method::Onepass | Method::Twopass);
         let mut bounds = objects.clusters();
         match method {
             // Nothing real changes, or the method has irradiance of its own: no reflectance is asked for.
             Method::Ibl | Method::Rt2ar => options.irradiance_width = 0,
             // It estimates the irradiance of what it changes itself; only back faces are left.
-            Method::Iprt => bounds = &[],
+            Method::Iprt => (bounds, options.mirrors) = (&[], false),
+            // Its objects look mirror images up in maps.
+            Method::Mr360 => options.mirrors = false,
             _ => {}
         }
         let world = CapturedWorld::new(radiance, depth, turn, capture, bounds, &options, progress).ok_or(Error::Cancelled)?;

@@ -4,7 +4,7 @@ use super::{Frame, Params, Reach, ScreenObjects, UpdatedWorld};
 use crate::bsdf::concentric_disc;
 use crate::bvh::{InstanceHit, Ray};
 use crate::tracer::{First, Lights, Scene, TraceParams, Tracer, Walk};
-use crate::world::{LightSample, RealHit, RealWorld};
+use crate::world::{LightSample, RealHit, RealWorld, mirror_ray};
 use glam::{UVec2, Vec2, Vec3};
 use pano_core::{color::luminance, image::Image, progress::Progress, random::Sampler, random::Stream};
 use rayon::prelude::*;
@@ -346,7 +346,7 @@ impl<W: RealWorld> Pass<'_, W> {
 
     /// What a mirror at a real point would show along `direction` without and with the objects, if an object comes first.
     fn mirror(&self, hit: &RealHit, direction: Vec3, walk: &mut Walk) -> Option<(Vec3, Vec3)> {
-        let ray = self.world.mirror_ray(hit, direction);
+        let ray = mirror_ray(self.world, hit, direction);
         let object = self.meet_object(&ray, walk)?;
         let behind = self.world.original().hit(&ray);
         if behind.is_some_and(|real| real.t < object.hit.t) {

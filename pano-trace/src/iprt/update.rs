@@ -59,14 +59,9 @@ impl<'a, W: RealWorld> UpdatedWorld<'a, W> {
         (matte + mirrored, matte * sphere::bilinear(&self.update.ratio, uv) + mirrored)
     }
 
-    /// Where a mirror at a hit of a ray along `direction` looks.
-    pub(super) fn mirror_ray(&self, hit: &RealHit, direction: Vec3) -> Ray {
-        mirror_ray(self.world, hit, direction)
-    }
-
     /// What the world without objects shows there.
     pub(super) fn mirrored(&self, hit: &RealHit, direction: Vec3) -> Vec3 {
-        let ray = self.mirror_ray(hit, direction);
+        let ray = mirror_ray(self.world, hit, direction);
         self.world.arriving(ray.direction, self.world.hit(&ray).as_ref())
     }
 

@@ -65,9 +65,9 @@ pano_core::uniform! {
         pub(crate) t: f32,
         pub(crate) normal: Vec3,
         pub(crate) what: u32,
-        pub(crate) radiance: Vec3,
+        radiance: Vec3,
         pub(crate) pdf: f32,
-        shown: Vec3,
+        pub(crate) light: Vec3,
         pad: u32,
     }
 }

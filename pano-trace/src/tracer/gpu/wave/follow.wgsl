@@ -9,19 +9,17 @@ struct Told {
     normal: vec3f,
     // Bits of LIGHT_KNOWN and the like.
     what: u32,
-    // Of the surface, or of infinity.
+    // What the surface or infinity shows: its matter is told from that.
     radiance: vec3f,
     pdf: f32,
-    // With HAS_IMAGE, what the panorama shows of it: its matter is told from that.
-    shown: vec3f,
+    // What arrives of it: as objects have changed it, with the mirror image that shows from there, in the light of a back face itself.
+    light: vec3f,
     pad: u32,
 }
 
 // Beside REAL_EXISTS and REAL_HIDDEN.
 const LIGHT_KNOWN: u32 = 4u;
 const WORLD_ASKED: u32 = 8u;
-// The radiance is with a mirror image that the panorama does not show.
-const HAS_IMAGE: u32 = 16u;
 
 // A ray in hand and what is known of it. `quest.asks` is 0 once all is told.
 struct Asked {
@@ -170,7 +168,7 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
     if next.by == NOT_FOLLOWED {
         let lit = relit.own + relit.scale * relit.received / f32(max(world.hidden_samples, 1u));
         if !mirrors {
-            asked[k].told.radiance = lit;
+            asked[k].told.light = lit;
         }
         finish(k, mirrors, lit, relit);
         return;
@@ -187,7 +185,7 @@ fn finish(k: u32, mirrors: bool, radiance: vec3f, relit: Relit) {
         if !UPDATES {
             image *= min(relit.most / max(luminance(image), 1e-30), 1.0);
         }
-        asked[k].told.radiance += image;
+        asked[k].told.light += image;
         relits[k].before = relit.before + image;
     }
     asked[k].quest.asks = 0u;
@@ -205,7 +203,7 @@ fn updated(k: u32, known: bool, found: Found, position: vec3f) -> Way {
     if known && found.exists && !found.hidden && dot(normal, found.at) < 0.0 {
         let update = update_at(uv_from_direction(found.at));
         let matte = found.radiance * update.scattered;
-        asked[k].told.radiance = matte - matte * update.taken;
+        asked[k].told.light = matte - matte * update.taken;
         relit.before = matte;
         relit.changed = 1u;
         relit.gloss = update.mirror;
@@ -240,8 +238,7 @@ fn sent_back(k: u32, known: bool, found: Found, position: vec3f) -> Way {
     if beyond <= 0.0 {
         return none;
     }
-    asked[k].told.radiance = found.radiance * (1.0 - beyond / luminance(found.radiance));
-    asked[k].told.what |= HAS_IMAGE;
+    asked[k].told.light = found.radiance * (1.0 - beyond / luminance(found.radiance));
     var relit: Relit;
     relit.start = world_leave(world, here);
     relit.gloss = reflectance;
@@ -254,10 +251,9 @@ fn answer_of(k: u32) -> Answer {
     let told = asked[k].told;
     let real_exists = (told.what & REAL_EXISTS) != 0u;
     let surface = select(SEEN, HIDDEN_SIDE, (told.what & REAL_HIDDEN) != 0u);
-    let shown = select(told.radiance, told.shown, (told.what & HAS_IMAGE) != 0u);
-    let real = RealHit(told.position, told.t, told.normal, surface, shown, real_exists);
+    let real = RealHit(told.position, told.t, told.normal, surface, told.radiance, real_exists);
     let known = (told.what & LIGHT_KNOWN) != 0u;
-    return Answer(asked[k].object, real, told.radiance, told.pdf, known, (told.what & WORLD_ASKED) != 0u);
+    return Answer(asked[k].object, real, told.light, told.pdf, known, (told.what & WORLD_ASKED) != 0u);
 }
 
 // Rays through the pixels' centres.

@@ -62,12 +62,12 @@ pub fn captured_hits(gpu: &Gpu, world: &CapturedWorld, rays: &[Ray]) -> GpuResul
     let rows = Rows::all((rays.len(), 1));
     let band = held.band(rows, gpu.buffer::<Started>(rays.len())?, asked)?;
     band.follow(&[], &Silent)?;
-    let hit = |Told { position, t, normal, what, radiance, pdf, .. }: Told| GpuHit {
+    let hit = |Told { position, t, normal, what, light, pdf, .. }: Told| GpuHit {
         t: if what & REAL_EXISTS == 0 { f32::INFINITY } else { t },
         position,
         normal,
         hidden: what & REAL_HIDDEN != 0,
-        radiance,
+        radiance: light,
         light_pdf: pdf,
     };
     Ok(gpu.read_slice::<Asked>(band.buffer(ASKED), rays.len())?.into_iter().map(|asked| hit(asked.told)).collect())
