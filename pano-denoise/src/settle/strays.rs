@@ -29,7 +29,8 @@ pub(super) fn around(
         false => (x + i).checked_sub(radius).filter(|&x| x < w),
     };
     let rows = y.saturating_sub(radius)..(y + radius + 1).min(h);
-    rows.flat_map(move |y| (0..(2 * radius + 1).min(w)).filter_map(move |i| Some((columns(i)?, y))))
+    let count = if wrap { (2 * radius + 1).min(w) } else { 2 * radius + 1 };
+    rows.flat_map(move |y| (0..count).filter_map(move |i| Some((columns(i)?, y))))
 }
 
 /// Whether two pixels show the same surface.
