@@ -21,6 +21,7 @@ mod pipeline;
 mod prelude;
 mod resample;
 mod sequences;
+mod settle;
 mod sparse;
 mod support;
 mod temporal;
@@ -48,6 +49,7 @@ fn main() {
         atrous::TESTS,
         firefly::TESTS,
         mean::TESTS,
+        settle::TESTS,
         temporal::TESTS,
         resample::TESTS,
         light::TESTS,

@@ -198,7 +198,7 @@ fn a_sequence_survives_a_loss(_: &Gpu) {
     let place = Place::new("dpt", (41, 30));
     let want = place.render(&RenderOptions::default());
     let mut rebuilt = 0;
-    for lose_after in 10..24 {
+    for lose_after in (18..36).step_by(3) {
         let mut options = on_gpu();
         options.settings.set("gpu_lose_after", &lose_after.to_string()).unwrap();
         let mut sequence = Sequence::new(&place.scene, &options);

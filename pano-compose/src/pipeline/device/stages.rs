@@ -17,7 +17,7 @@ use pano_core::layers::TracedLayers;
 use pano_core::light::RadianceMaps;
 use pano_core::progress::Progress;
 use pano_core::sphere::resample;
-use pano_denoise::{atrous, cross_bilateral, firefly, mean, temporal};
+use pano_denoise::{atrous, cross_bilateral, firefly, mean, settle, temporal};
 use pano_light::{WorkingMap, detect, expand, ibl};
 use pano_trace::mr360;
 use pano_trace::sparse;
@@ -149,19 +149,20 @@ impl Device {
         })
     }
 
-    /// [`cross_bilateral::filter`], stage `denoise`.
+    /// [`settle::filter`], stage `denoise`.
     pub(in crate::pipeline) fn denoise(
         &mut self,
         params: &cross_bilateral::Params,
+        photo: &RadianceImage,
         layers: &mut TracedLayers,
     ) -> Result<cross_bilateral::Report> {
         #[cfg(feature = "gpu")]
         if let Some(report) =
-            self.attempt("denoise", |installed| cross_bilateral::gpu::filter_layers(&installed.gpu, params, layers))?
+            self.attempt("denoise", |installed| settle::gpu::filter_layers(&installed.gpu, params, photo, layers))?
         {
             return Ok(report);
         }
-        Ok(cross_bilateral::filter(params, layers)?)
+        Ok(settle::filter(params, photo, layers)?)
     }
 
     /// [`mean::filter`], stage `mean`.
