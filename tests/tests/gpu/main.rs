@@ -20,6 +20,7 @@ mod mr360;
 mod pipeline;
 mod prelude;
 mod resample;
+mod rt2ar;
 mod sequences;
 mod sparse;
 mod support;
@@ -58,6 +59,7 @@ fn main() {
         trace::TESTS,
         captured::TESTS,
         mr360::TESTS,
+        rt2ar::TESTS,
         iprt::TESTS,
         pipeline::TESTS,
         sequences::TESTS,

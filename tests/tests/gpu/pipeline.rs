@@ -78,7 +78,7 @@ pub(crate) fn backends(rendered: &Rendered) -> Vec<(&'static str, &'static str)>
 }
 
 fn frames_equal_the_cpu(gpu: &Gpu) {
-    for method in ["dpt", "onepass", "twopass", "mr360", "ibl"] {
+    for method in ["dpt", "onepass", "twopass", "mr360", "ibl", "rt2ar"] {
         let place = Place::new(method, (67, 45));
         let (got, want) = (place.render(&on_gpu()), place.render(&RenderOptions::default()));
         let traced = backends(&got).contains(&("trace", "gpu"));
