@@ -254,7 +254,13 @@ mod tests {
         spread_what_sticks_out(&mut layers, &photo, true);
         spread_what_sticks_out(&mut flat, &photo, false);
         assert!(layers.delta.get(22, 9).y > 0.0 && flat.delta.get(22, 9) == Vec3::ZERO);
-        // Fewer columns than are looked at, each counted once.
+        // Fewer columns than are looked at: without a seam all of them count.
+        let (mut strip, photo) = floor(5, 20);
+        strip.coverage = Image::filled(5, 20, 0.0);
+        strip.delta.set(4, 9, Vec3::splat(0.9));
+        spread_what_sticks_out(&mut strip, &photo, false);
+        assert!((0..5).all(|x| strip.delta.get(x, 9).y > 0.0), "all columns get a share");
+        // Each counted once.
         let (mut narrow, photo) = floor(3, 3);
         narrow.coverage = Image::filled(3, 3, 0.0);
         narrow.delta.set(0, 0, Vec3::splat(0.9));

@@ -20,6 +20,7 @@ mod mr360;
 mod pipeline;
 mod prelude;
 mod resample;
+mod rt2ar;
 mod sequences;
 mod settle;
 mod sparse;
@@ -60,6 +61,7 @@ fn main() {
         trace::TESTS,
         captured::TESTS,
         mr360::TESTS,
+        rt2ar::TESTS,
         iprt::TESTS,
         pipeline::TESTS,
         sequences::TESTS,

@@ -78,8 +78,13 @@ pub(crate) fn backends(rendered: &Rendered) -> Vec<(&'static str, &'static str)>
 }
 
 fn frames_equal_the_cpu(gpu: &Gpu) {
-    for method in ["dpt", "onepass", "twopass", "mr360", "ibl"] {
-        let place = Place::new(method, (67, 45));
+    for method in ["dpt", "onepass", "twopass", "mr360", "ibl", "rt2ar"] {
+        let mut place = Place::new(method, (67, 45));
+        if method == "rt2ar" {
+            // A mirror too rough for its rays to stay outside sees the object's bottom from within: in one place with the floor, rounding
+            // would tell which of them comes first.
+            place.scene.objects[0].placement.position.y = 0.01;
+        }
         let (got, want) = (place.render(&on_gpu()), place.render(&RenderOptions::default()));
         let traced = backends(&got).contains(&("trace", "gpu"));
         assert!(backends(&got).iter().all(|s| s.1 == "gpu") && traced, "{method}: {:?}", backends(&got));
