@@ -19,6 +19,7 @@ pub mod atrous;
 pub mod cross_bilateral;
 pub mod firefly;
 pub mod mean;
+pub mod settle;
 pub mod temporal;
 
 mod surfaces;
@@ -31,6 +32,7 @@ use pano_core::color::{LUMINANCE_WEIGHTS, luminance};
 use pano_core::image::Image;
 use pano_core::sphere::wrap_texel;
 use pano_core::{Error, Result};
+use std::ops::{AddAssign, Range};
 
 /// Every shader of this crate, for the checks that need no GPU.
 #[cfg(feature = "gpu")]
@@ -41,6 +43,7 @@ pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
         &atrous::gpu::SHADER,
         &firefly::gpu::SHADER,
         &mean::gpu::SHADER,
+        &settle::gpu::SHADER,
         &temporal::gpu::SHADER,
     ]
 }
@@ -71,8 +74,14 @@ pub struct Energy {
 impl Energy {
     /// Of one layer before and after; values that are not finite do not count.
     pub(crate) fn between(before: &Image<Vec3>, after: &Image<Vec3>) -> Self {
+        Self::in_rows(before, after, &(0..before.height()))
+    }
+
+    /// The same of some rows.
+    pub(crate) fn in_rows(before: &Image<Vec3>, after: &Image<Vec3>, rows: &Range<usize>) -> Self {
         let sum = |image: &Image<Vec3>, f: fn(f64) -> f64| {
-            image.data().iter().filter(|v| v.is_finite()).map(|&v| f(f64::from(luminance(v)))).sum()
+            let pixels = &image.data()[rows.start * image.width()..rows.end * image.width()];
+            pixels.iter().filter(|v| v.is_finite()).map(|&v| f(f64::from(luminance(v)))).sum()
         };
         Self { before: sum(before, |v| v), after: sum(after, |v| v), magnitude: sum(before, f64::abs) }
     }
@@ -80,6 +89,14 @@ impl Energy {
     /// Change of the sum as a fraction of the magnitude; 0 for a black layer.
     pub fn relative_change(&self) -> f64 {
         if self.magnitude > 0.0 { (self.after - self.before) / self.magnitude } else { 0.0 }
+    }
+}
+
+impl AddAssign for Energy {
+    fn add_assign(&mut self, other: Self) {
+        self.before += other.before;
+        self.after += other.after;
+        self.magnitude += other.magnitude;
     }
 }
 

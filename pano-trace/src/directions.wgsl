@@ -70,3 +70,11 @@ fn lobe_direction(axis: vec3f, roughness: f32, u: vec2f) -> vec3f {
     let cos2 = (1.0 - u.x) / (1.0 + (r2 * r2 - 1.0) * u.x);
     return around_axis(axis, max(2.0 * cos2 - 1.0, 0.0), u.y);
 }
+
+fn lobe_pdf(axis: vec3f, roughness: f32, d: vec3f) -> f32 {
+    let r2 = roughness * roughness;
+    let alpha2 = max(r2 * r2, 1e-6);
+    let cosine = dot(axis, d);
+    let base = 0.5 * (1.0 + cosine) * (alpha2 - 1.0) + 1.0;
+    return select(0.0, 0.25 / PI * alpha2 / (base * base), cosine > 0.0);
+}

@@ -26,6 +26,7 @@ pub fn shaders() -> Vec<&'static pano_core::gpu::Shader> {
         &tracer::gpu::WAVE,
         &mr360::gpu::SHADER,
         &mr360::gpu::CAPTURED,
+        &rt2ar::gpu::SHADER,
         &iprt::gpu::SHADER,
     ]
 }
@@ -39,6 +40,7 @@ pub fn layouts() -> Vec<(&'static pano_core::gpu::Shader, pano_core::gpu::Layout
         prt::gpu::layouts(),
         tracer::gpu::layouts(),
         mr360::gpu::layouts(),
+        rt2ar::gpu::layouts(),
         iprt::gpu::layouts(),
     ]
     .concat()

@@ -4,7 +4,6 @@
 //! load ──> world (proxies | captured field) ──> trace ──> denoise ──> composite
 //! ```
 
-mod bounds;
 mod device;
 mod error;
 mod estimate;
@@ -19,7 +18,6 @@ mod rt2ar;
 mod sequence;
 mod settings;
 mod stats;
-mod strays;
 mod view;
 mod world;
 

@@ -1,9 +1,7 @@
 //! Frames of the methods that make their layers in one go, each frame by itself: the path tracers and mr360.
 
-use super::bounds::{leave_no_less_than_black, objects_are_not_darker_than_black};
 use super::device::Device;
 use super::frame::{Filtered, Frame, View};
-use super::strays::{nothing_stands_alone, spread_what_sticks_out};
 use super::view::{rescale_delta, rescale_error};
 use super::world::tracer_method;
 use super::{Clock, Error, Result};
@@ -74,12 +72,8 @@ pub(super) fn trace(
     if frame.options.denoise && !frame.objects.is_empty() {
         progress.begin("denoise", 1);
         let wrap = frame.camera.projection == Projection::Panorama;
-        leave_no_less_than_black(&mut layers, &view.photo);
-        spread_what_sticks_out(&mut layers, &view.photo, wrap);
-        objects_are_not_darker_than_black(&mut layers);
         let params = cross_bilateral::Params { wrap, delta_passes: frame.options.settings.delta_passes, ..Default::default() };
-        let report = device.denoise(&params, &mut layers)?;
-        nothing_stands_alone(&mut layers, &view.photo, wrap);
+        let report = device.denoise(&params, &view.photo, &mut layers)?;
         for (layer, energy) in [("object", report.object), ("delta", report.delta)] {
             // The filter conserves energy but for edges; more than this would be visible.
             if energy.relative_change().abs() > 0.02 {

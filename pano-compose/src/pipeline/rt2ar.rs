@@ -3,14 +3,13 @@
 use super::device::Device;
 use super::frame::{Filtered, Frame, View};
 use super::path_traced::bounces;
-use super::{Clock, Error, Result, World};
+use super::{Clock, Error, Result};
 use crate::plan::EffectPlan;
 use pano_core::{camera::Projection, layers::TracedLayers, progress::Progress, random::Stream};
 use pano_denoise::mean;
 use pano_trace::mr360::Lighting;
-use pano_trace::rt2ar::{self, Params, Rendered, Shadow};
+use pano_trace::rt2ar::{Params, Rendered, Shadow};
 use pano_trace::tracer;
-use pano_trace::world::RealWorld;
 
 /// Traces a frame lit by the lights that stand out of the panorama and the maps of what is left; the plan says what becomes
 /// of them.
@@ -46,17 +45,15 @@ pub(super) fn trace(
         max_anisotropy: settings.anisotropy,
         photo: &photo,
     };
-    let rendered = match frame.world {
-        World::Proxies(world) => rendered(frame, world.as_ref(), lighting, &params, progress),
-        World::Captured(world) => rendered(frame, world.as_ref(), lighting, &params, progress),
-        World::Layered(world) => rendered(frame, world.as_ref(), lighting, &params, progress),
-    };
+    let stream = Stream { frame: frame.options.frame, seed: frame.options.seed };
+    let to_trace = tracer::Frame { camera: &frame.camera, objects: frame.objects, stream };
+    let rendered = device.trace_recursively(&to_trace, frame.world, lighting, &params, progress)?;
     let Rendered { traced, shadows, penumbra, .. } = rendered.ok_or(Error::Cancelled)?;
     let mut layers = traced.layers;
     if traced.discarded > 0 {
         warnings.push(format!("{} samples were not finite and count as black", traced.discarded));
     }
-    clock.stage("trace", frame.pixels(), traced.rays);
+    clock.stage_on(device.last(), "trace", frame.pixels(), traced.rays);
     if frame.options.denoise && params.shadows && params.shadow != Shadow::Hard && settings.penumbra_radius > 0 {
         let wrap = frame.camera.projection == Projection::Panorama;
         let params = mean::Params { wrap, radius: settings.penumbra_radius, ..mean::Params::default() };
@@ -64,17 +61,4 @@ pub(super) fn trace(
         clock.stage_on(device.last(), "mean", penumbra.data().iter().filter(|p| **p).count() as u64, 0);
     }
     Ok(Filtered { photo, layers, irradiance: None, shadows })
-}
-
-fn rendered<W: RealWorld>(
-    frame: &Frame<'_>,
-    world: &W,
-    lighting: &Lighting,
-    params: &Params<'_>,
-    progress: &dyn Progress,
-) -> Option<Rendered> {
-    let stream = Stream { frame: frame.options.frame, seed: frame.options.seed };
-    let traced = tracer::Frame { camera: &frame.camera, objects: frame.objects, stream };
-    let lights = rt2ar::place_lights(world, lighting);
-    rt2ar::render(&traced, world, lighting, &lights, params, progress)
 }

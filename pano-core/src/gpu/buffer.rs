@@ -184,7 +184,7 @@ impl Gpu {
         self.submit(encoder.finish())?;
         self.pool.read.fetch_add(bytes, Ordering::Relaxed);
 
-        let refused = |problem: String| GpuError::Refused { problem };
+        let refused = |problem: String| self.refusal(problem);
         let (done, told) = mpsc::channel();
         staging.raw().slice(0..bytes).map_async(MapMode::Read, move |result| {
             // The receiver is gone only if waiting failed, which is told there.

@@ -110,7 +110,7 @@ impl Gpu {
     /// Destroys the device, as if the driver had reset it: a test hook.
     pub fn lose(&self) {
         self.device.destroy();
-        // The callback tells the reason.
+        // The callback tells the reason, now if there is no work left, otherwise when it has ended.
         let _ = self.device.poll(wgpu::PollType::Poll);
     }
 
@@ -119,11 +119,22 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::Lost`] or [`GpuError::Refused`], whichever came first.
     pub fn check(&self) -> GpuResult<()> {
-        if let Some(reason) = self.fate.lost.lock().unwrap_or_else(PoisonError::into_inner).clone() {
-            return Err(GpuError::Lost { reason });
-        }
+        self.lost()?;
         match self.fate.refused.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            Some(problem) => Err(GpuError::Refused { problem }),
+            Some(problem) => Err(self.refusal(problem)),
+            None => Ok(()),
+        }
+    }
+
+    /// What is behind a refused command: a lost device refuses all of them, but says that it is lost only when its work has ended.
+    pub(super) fn refusal(&self, problem: String) -> GpuError {
+        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.lost().err().unwrap_or(GpuError::Refused { problem })
+    }
+
+    fn lost(&self) -> GpuResult<()> {
+        match self.fate.lost.lock().unwrap_or_else(PoisonError::into_inner).clone() {
+            Some(reason) => Err(GpuError::Lost { reason }),
             None => Ok(()),
         }
     }

@@ -84,7 +84,7 @@ impl Gpu {
         encoder.resolve_query_set(&timer.queries, 0..count, &timer.resolved, 0);
         encoder.copy_buffer_to_buffer(&timer.resolved, 0, &timer.readable, 0, bytes);
         self.submit(encoder.finish())?;
-        let refused = |problem: String| super::GpuError::Refused { problem };
+        let refused = |problem: String| self.refusal(problem);
         timer.readable.slice(0..bytes).map_async(MapMode::Read, |_| {});
         let waited = self.device.poll(PollType::wait_indefinitely());
         self.check()?;

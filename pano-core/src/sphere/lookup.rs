@@ -51,7 +51,16 @@ pub fn bilinear<T>(image: &Image<T>, uv: Vec2) -> T
 where
     T: Copy + Add<Output = T> + Mul<f32, Output = T>,
 {
-    let [a, b, c, d] = bilinear_taps(image.width(), image.height(), uv);
-    let read = |t: Tap| image.get(t.x, t.y) * t.weight;
+    bilinear_of(image.size(), uv, |x, y| image.get(x, y))
+}
+
+/// The same in a picture whose texels `texel` tells.
+#[inline]
+pub fn bilinear_of<T>((width, height): (usize, usize), uv: Vec2, texel: impl Fn(usize, usize) -> T) -> T
+where
+    T: Add<Output = T> + Mul<f32, Output = T>,
+{
+    let [a, b, c, d] = bilinear_taps(width, height, uv);
+    let read = |t: Tap| texel(t.x, t.y) * t.weight;
     (read(a) + read(b)) + (read(c) + read(d))
 }

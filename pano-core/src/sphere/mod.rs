@@ -9,7 +9,7 @@ pub mod resample;
 
 pub use convention::Convention;
 pub use lookup::wrap_texel;
-pub use lookup::{Tap, bilinear, bilinear_taps};
+pub use lookup::{Tap, bilinear, bilinear_of, bilinear_taps};
 
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};

@@ -59,6 +59,11 @@ impl Texture {
         &self.image
     }
 
+    /// The picture halved again and again, from half its size on until one texel is left.
+    pub fn smaller(&self) -> &[Image<Vec4>] {
+        self.smaller.get_or_init(|| pyramid(&self.image))
+    }
+
     /// The same with another picture.
     pub fn with_image(self, image: Arc<Image<Vec4>>) -> Self {
         Self { image, smaller: Arc::default(), ..self }
@@ -102,7 +107,7 @@ impl Texture {
 
     /// Between the two pictures of the pyramid whose texels are nearest to 2^`level` wide.
     fn trilinear(&self, at: Vec2, level: f32) -> Vec4 {
-        let smaller = self.smaller.get_or_init(|| pyramid(&self.image));
+        let smaller = self.smaller();
         let of = |level: usize| if level == 0 { &self.image } else { &smaller[level - 1] };
         let level = level.clamp(0.0, smaller.len() as f32);
         let (below, share) = (level as usize, level.fract());

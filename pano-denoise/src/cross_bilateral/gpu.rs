@@ -128,7 +128,7 @@ pub fn filter(gpu: &Gpu, params: &Params, layers: &mut GpuLayers) -> GpuResult<(
 }
 
 /// Rows on either side of a band that [`filter`] looks at.
-fn halo(params: &Params) -> usize {
+pub(crate) fn halo(params: &Params) -> usize {
     HALO * params.delta_passes.max(1) as usize
 }
 

@@ -29,7 +29,7 @@ pub struct Neighbours {
 }
 
 /// Least cosine between ray and normal that a footprint grows by: flatter ones are as good as endless.
-const LEAST_COSINE: f32 = 1e-4;
+pub(super) const LEAST_COSINE: f32 = 1e-4;
 
 impl Differentials {
     /// Of the ray through the point `at` of a picture, in pixels; `share` is what the ray stands for of the pixel's width.

@@ -16,6 +16,9 @@ pub(crate) const NONE: u32 = u32::MAX;
 const OBJECT_WORDS: u32 = 29;
 const MATERIAL_WORDS: u32 = 25;
 const EMITTER_WORDS: u32 = 14;
+/// Of a material's words, where its index is, and colour and distance of what it absorbs.
+const IOR_WORD: u32 = 9;
+const ABSORPTION_WORD: u32 = 13;
 /// Words of an object's move; see [`Objects::pack_moves`].
 pub(crate) const MOVE_WORDS: u32 = 13;
 
@@ -25,16 +28,24 @@ const CODES: f32 = 65535.0;
 
 /// What hits on objects mean, for shaders to include after [`crate::bsdf::gpu::BSDF`] and [`pano_core::gpu::WORDS`].
 pub(crate) const OBJECTS: Piece = Piece {
-    text: include_str!("objects.wgsl"),
+    text: concat!(include_str!("textures.wgsl"), "\n", include_str!("objects.wgsl")),
     constants: || {
         vec![
             Constant::u32("OBJECT_WORDS", OBJECT_WORDS),
             Constant::u32("MATERIAL_WORDS", MATERIAL_WORDS),
             Constant::u32("EMITTER_WORDS", EMITTER_WORDS),
+            Constant::u32("IOR_WORD", IOR_WORD),
+            Constant::u32("ABSORPTION_WORD", ABSORPTION_WORD),
             Constant::u32("MIRROR", Wrap::Mirror as u32),
             Constant::u32("CLAMP", Wrap::Clamp as u32),
         ]
     },
+};
+
+/// What rays cover of surfaces, for shaders to include after [`OBJECTS`].
+pub(crate) const DIFFERENTIALS: Piece = Piece {
+    text: include_str!("differentials.wgsl"),
+    constants: || vec![Constant::f32("LEAST_COSINE", super::differentials::LEAST_COSINE)],
 };
 
 /// Where the tables of some objects begin.
@@ -61,8 +72,8 @@ impl PreparedMesh {
 }
 
 impl Objects {
-    /// Adds all tables.
-    pub(crate) fn pack(&self, words: &mut Words) -> PackedObjects {
+    /// Adds all tables; with `pyramids`, after each texture's picture the smaller ones.
+    pub(crate) fn pack(&self, words: &mut Words, pyramids: bool) -> PackedObjects {
         let (mut coats, mut meshes, mut pictures) = (HashMap::new(), HashMap::new(), HashMap::new());
         let mut tables = Vec::new();
         for (i, placed) in self.placed.iter().enumerate() {
@@ -84,7 +95,7 @@ impl Objects {
             let looks: Vec<(u32, [u32; 4])> = placed
                 .materials
                 .iter()
-                .map(|m| (pack_coat(m, &mut coats, words), pack_textures(m, &mut pictures, words)))
+                .map(|m| (pack_coat(m, &mut coats, words), pack_textures(m, pyramids, &mut pictures, words)))
                 .collect();
             let materials = words.at();
             placed.materials.iter().zip(looks).for_each(|(m, (coat, textures))| pack_material(m, coat, textures, words));
@@ -138,6 +149,7 @@ fn pack_coat(material: &CompiledMaterial, packed: &mut HashMap<*const CoatTable,
 /// `packed` already is not added again.
 fn pack_textures(
     material: &CompiledMaterial,
+    pyramids: bool,
     packed: &mut HashMap<*const Image<Vec4>, (u32, f32)>,
     words: &mut Words,
 ) -> [u32; 4] {
@@ -149,7 +161,12 @@ fn pack_textures(
             let scale = image.data().iter().map(|t| t.max_element()).fold(1.0, f32::max);
             let code = |value: f32| (value / scale * CODES).round().clamp(0.0, CODES) as u32;
             let texel = |t: &Vec4| [code(t.x) | code(t.y) << 16, code(t.z)];
-            (words.words(image.data().iter().flat_map(texel)), scale)
+            let smaller = if pyramids { texture.smaller() } else { &[] };
+            let at = words.words(image.data().iter().flat_map(texel));
+            for image in smaller {
+                words.words(image.data().iter().flat_map(texel));
+            }
+            (at, scale)
         });
         let at = words.words([texels, image.width() as u32, image.height() as u32, texture.wrap_u as u32, texture.wrap_v as u32]);
         words.numbers(texture.texture_from_mesh.to_cols_array());

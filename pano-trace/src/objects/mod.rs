@@ -198,6 +198,12 @@ impl Objects {
         self.transmit
     }
 
+    /// Whether an object lets light through anywhere.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn lets_through(&self, instance: u32) -> bool {
+        self.placed[instance as usize].clear
+    }
+
     /// Whether an object that lets no light through anywhere lies on the ray.
     #[inline]
     pub fn opaque_on(&self, ray: &Ray) -> bool {

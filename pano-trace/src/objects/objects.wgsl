@@ -1,6 +1,3 @@
-// Any object has a texture.
-override TEXTURES: bool = true;
-
 // What a hit on an object means: position, normals, material, light of its own; see objects/surface.rs and emitters.rs. A shader
 // that includes this says in `tables` where the tables begin.
 
@@ -24,52 +21,6 @@ fn interpolated(a: vec3f, b: vec3f, c: vec3f, u: f32, v: f32) -> vec3f {
     return a * (1.0 - u - v) + b * u + c * v;
 }
 
-fn uv_at(i: u32) -> vec2f {
-    return vec2f(number_at(i), number_at(i + 1u));
-}
-
-// A coordinate in texels, of one period.
-fn texture_fold(t: f32, wrap: u32, n: i32) -> f32 {
-    if wrap == CLAMP {
-        return clamp(t, 0.0, 1.0) * f32(n) - 0.5;
-    }
-    let period = select(1.0, 2.0, wrap == MIRROR);
-    return (t - period * floor(t / period)) * f32(n) - 0.5;
-}
-
-// The column or row that shows at `i`.
-fn texture_index(i: i32, wrap: u32, n: i32) -> i32 {
-    if wrap == CLAMP {
-        return clamp(i, 0, n - 1);
-    }
-    let period = select(n, 2 * n, wrap == MIRROR);
-    let folded = ((i % period) + period) % period;
-    return min(folded, select(folded, 2 * n - 1 - folded, wrap == MIRROR));
-}
-
-// Bilinear lookup; see pano_core::texture.
-fn texture_look(texture: u32, mesh_uv: vec2f) -> vec3f {
-    let size = vec2i(i32(word(texture + 1u)), i32(word(texture + 2u)));
-    let wrap = vec2u(word(texture + 3u), word(texture + 4u));
-    var uv = uv_at(texture + 5u) * mesh_uv.x + uv_at(texture + 7u) * mesh_uv.y + uv_at(texture + 9u);
-    if !is_finite(uv.x) || !is_finite(uv.y) {
-        uv = vec2f(0.0);
-    }
-    let at = vec2f(texture_fold(uv.x, wrap.x, size.x), texture_fold(uv.y, wrap.y, size.y));
-    let whole = floor(at);
-    let fraction = at - whole;
-    var sum = vec3f(0.0);
-    for (var k = 0; k < 4; k++) {
-        let d = vec2i(k % 2, k / 2);
-        let x = texture_index(i32(whole.x) + d.x, wrap.x, size.x);
-        let y = texture_index(i32(whole.y) + d.y, wrap.y, size.y);
-        let texel = word(texture) + 2u * u32(y * size.x + x);
-        let weights = select(vec2f(1.0) - fraction, fraction, d == vec2i(1));
-        sum += vec3f(unpack2x16unorm(word(texel)), unpack2x16unorm(word(texel + 1u)).x) * (weights.x * weights.y);
-    }
-    return sum * number_at(texture + 11u);
-}
-
 struct Surface {
     position: vec3f,
     outside: bool,
@@ -87,60 +38,110 @@ fn transmittance_of(color: vec3f, distance: f32, t: f32) -> vec3f {
     return select(pow(color, vec3f(by)), vec3f(0.0), color <= vec3f(0.0));
 }
 
-// The surface that a ray along `direction` met.
-fn surface_at(tables: ObjectTables, hit: Hit, direction: vec3f) -> Surface {
+// Where the material of the face that was met begins in the tables.
+fn material_of(tables: ObjectTables, hit: Hit) -> u32 {
     let at = tables.objects + OBJECT_WORDS * hit.instance;
-    let world_from_mesh = matrix_at(at);
-    let world_from_normal = matrix_at(at + 12u);
-    let indices = word(at + 21u);
-    let positions = word(at + 22u);
-    let normals = word(at + 23u);
     let ids = word(at + 24u);
-    let a = face_corner(indices, positions, hit.face, 0u);
-    let b = face_corner(indices, positions, hit.face, 1u);
-    let c = face_corner(indices, positions, hit.face, 2u);
-    var s: Surface;
-    s.position = world_from_mesh * interpolated(a, b, c, hit.u, hit.v) + vec3_at(at + 9u);
-    s.geometric = normalized_or(world_from_normal * cross(b - a, c - a), -direction);
-    s.normal = s.geometric;
-    if normals != NOTHING {
-        let na = face_corner(indices, normals, hit.face, 0u);
-        let nb = face_corner(indices, normals, hit.face, 1u);
-        let nc = face_corner(indices, normals, hit.face, 2u);
-        let n = normalized_or(world_from_normal * interpolated(na, nb, nc, hit.u, hit.v), s.geometric);
-        s.normal = select(n, -n, dot(n, s.geometric) < 0.0);
-    }
     var id = 0u;
     if ids != NOTHING {
         id = word(ids + hit.face);
     }
-    let m = word(at + 26u) + MATERIAL_WORDS * min(id, word(at + 27u) - 1u);
+    return word(at + 26u) + MATERIAL_WORDS * min(id, word(at + 27u) - 1u);
+}
+
+// A face that was met.
+struct Face {
+    world_from_mesh: mat3x3f,
+    world_from_normal: mat3x3f,
+    // Of its mesh.
+    corners: mat3x3f,
+    // Where the tables of its mesh begin.
+    indices: u32,
+    normals: u32,
+    uvs: u32,
+    // Unit normals: the face's, and where its corners have some, the mean of theirs.
+    geometric: vec3f,
+    normal: vec3f,
+}
+
+// The face that a ray along `direction` met.
+fn face_at(tables: ObjectTables, hit: Hit, direction: vec3f) -> Face {
+    let at = tables.objects + OBJECT_WORDS * hit.instance;
+    let positions = word(at + 22u);
+    var f: Face;
+    f.world_from_mesh = matrix_at(at);
+    f.world_from_normal = matrix_at(at + 12u);
+    f.indices = word(at + 21u);
+    f.normals = word(at + 23u);
+    f.uvs = word(at + 25u);
+    let a = face_corner(f.indices, positions, hit.face, 0u);
+    let b = face_corner(f.indices, positions, hit.face, 1u);
+    let c = face_corner(f.indices, positions, hit.face, 2u);
+    f.corners = mat3x3f(a, b, c);
+    f.geometric = normalized_or(f.world_from_normal * cross(b - a, c - a), -direction);
+    f.normal = f.geometric;
+    if f.normals != NOTHING {
+        let own = normals_of(f, hit.face);
+        let n = normalized_or(f.world_from_normal * interpolated(own[0], own[1], own[2], hit.u, hit.v), f.geometric);
+        f.normal = select(n, -n, dot(n, f.geometric) < 0.0);
+    }
+    return f;
+}
+
+// The normals of a face's corners, in the mesh's space.
+fn normals_of(f: Face, face: u32) -> mat3x3f {
+    let a = face_corner(f.indices, f.normals, face, 0u);
+    let b = face_corner(f.indices, f.normals, face, 1u);
+    let c = face_corner(f.indices, f.normals, face, 2u);
+    return mat3x3f(a, b, c);
+}
+
+// The texture coordinates of a face's corners; 0 where it has none.
+fn uvs_of(f: Face, face: u32) -> mat3x2f {
+    var uvs = mat3x2f(vec2f(0.0), vec2f(0.0), vec2f(0.0));
+    if f.uvs != NOTHING {
+        for (var k = 0u; k < 3u; k++) {
+            uvs[k] = uv_at(f.uvs + 2u * word(f.indices + 3u * face + k));
+        }
+    }
+    return uvs;
+}
+
+// The surface that a ray along `direction` met.
+fn surface_at(tables: ObjectTables, hit: Hit, direction: vec3f) -> Surface {
+    return surface_of(tables, face_at(tables, hit, direction), hit, direction, point_area());
+}
+
+// The same of a face, its textures averaged over a footprint.
+fn surface_of(tables: ObjectTables, f: Face, hit: Hit, direction: vec3f, footprint: TextureArea) -> Surface {
+    let at = tables.objects + OBJECT_WORDS * hit.instance;
+    let a = f.corners[0];
+    let b = f.corners[1];
+    let c = f.corners[2];
+    var s: Surface;
+    s.position = f.world_from_mesh * interpolated(a, b, c, hit.u, hit.v) + vec3_at(at + 9u);
+    s.geometric = f.geometric;
+    s.normal = f.normal;
+    let m = material_of(tables, hit);
     s.material.base_color = vec3_at(m);
     s.material.specular_color = vec3_at(m + 4u);
     s.material.specular = number_at(m + 7u);
-    s.material.ior = number_at(m + 9u);
+    s.material.ior = number_at(m + IOR_WORD);
     s.material.transmission = number_at(m + 10u);
     s.material.thin = word(m + 11u) != 0u;
     s.material.coat = word(m + 12u);
     var metallic = number_at(m + 3u);
     var roughness = number_at(m + 8u);
     var emissive = vec3_at(m + 17u);
-    let uvs = word(at + 25u);
     if TEXTURES {
-        var uv = vec2f(0.0);
-        var from_ = mat3x2f(vec2f(0.0), vec2f(0.0), vec2f(0.0));
-        if uvs != NOTHING {
-            for (var k = 0u; k < 3u; k++) {
-                from_[k] = uv_at(uvs + 2u * word(indices + 3u * hit.face + k));
-            }
-            uv = from_ * vec3f(1.0 - hit.u - hit.v, hit.u, hit.v);
-        }
+        let from_ = uvs_of(f, hit.face);
+        let uv = from_ * vec3f(1.0 - hit.u - hit.v, hit.u, hit.v);
         for (var k = 0u; k < 4u; k++) {
             let texture = word(m + 20u + k);
-            if texture == NOTHING || (k == 3u && uvs == NOTHING) {
+            if texture == NOTHING || (k == 3u && f.uvs == NOTHING) {
                 continue;
             }
-            let look = texture_look(texture, uv);
+            let look = texture_look(texture, uv, footprint);
             if k == 0u {
                 s.material.base_color *= look;
             } else if k == 1u {
@@ -153,8 +154,8 @@ fn surface_at(tables: ObjectTables, hit: Hit, direction: vec3f) -> Surface {
                 let d1 = from_[1] - from_[0];
                 let d2 = from_[2] - from_[0];
                 let det = d1.x * d2.y - d1.y * d2.x;
-                let t = normalized_or(world_from_mesh * (((b - a) * d2.y - (c - a) * d1.y) / det), vec3f(0.0));
-                let u = normalized_or(world_from_mesh * (((b - a) * d2.x - (c - a) * d1.x) / det), vec3f(0.0));
+                let t = normalized_or(f.world_from_mesh * (((b - a) * d2.y - (c - a) * d1.y) / det), vec3f(0.0));
+                let u = normalized_or(f.world_from_mesh * (((b - a) * d2.x - (c - a) * d1.x) / det), vec3f(0.0));
                 if abs(det) > 1e-20 && any(t != vec3f(0.0)) && any(u != vec3f(0.0)) {
                     let n = look * 2.0 - 1.0;
                     let scale = number_at(m + 24u);
@@ -168,9 +169,9 @@ fn surface_at(tables: ObjectTables, hit: Hit, direction: vec3f) -> Surface {
     s.outside = dot(s.geometric, direction) < 0.0;
     s.emission = select(vec3f(0.0), emissive, s.outside);
     s.transmittance = vec3f(1.0);
-    let distance = number_at(m + 16u);
+    let distance = number_at(m + ABSORPTION_WORD + 3u);
     if BODIES && !s.outside && s.material.transmission > 0.0 && !s.material.thin && distance > 0.0 {
-        s.transmittance = transmittance_of(vec3_at(m + 13u), distance, hit.t);
+        s.transmittance = transmittance_of(vec3_at(m + ABSORPTION_WORD), distance, hit.t);
     }
     return s;
 }

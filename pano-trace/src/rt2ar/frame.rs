@@ -10,11 +10,13 @@ use crate::objects::Differentials;
 use crate::tracer::{First, Frame, Pixel, TraceParams, Traced, Tracer, around, layers, pixels};
 use crate::world::RealWorld;
 use glam::{UVec2, Vec2, Vec3};
+use pano_core::camera::Camera;
 use pano_core::color::luminance;
-use pano_core::image::{Image, RadianceImage};
+use pano_core::image::Image;
 use pano_core::progress::Progress;
 use pano_core::random::Sampler;
 use rayon::prelude::*;
+use std::convert::Infallible;
 
 /// Most lights that are traced, and most shadow layers. Detection keeps the strongest that give 90 % of the light; behind the
 /// sixteenth of them no shadow is seen.
@@ -50,68 +52,92 @@ pub fn render<W: RealWorld>(
     progress: &dyn Progress,
 ) -> Option<Rendered> {
     let camera = frame.camera;
-    let samples = if params.shadow == Shadow::Hard { 1 } else { params.shadow_samples.clamp(1, MAX_SHADOW_SAMPLES) };
     let lights = &lights[..lights.len().min(MAX_LIGHTS)];
     // The tracer is asked for first hits only.
     let trace = TraceParams { samples: params.samples, ..TraceParams::default() };
-    let patterns = Pattern::ladder(samples, params.probes.clamp(PROBES[0], PROBES[1]));
-    let response = Pattern::new(samples.min(RESPONSES), PROBES[0]);
+    let (patterns, response) = patterns(params);
     let tracer = Tracer { objects: frame.objects, world, params: &trace };
-    let brightest = brightest(&lighting.maps.mirror);
+    let brightest = brightest(lighting);
     let shader = Shader { tracer, lighting, lights, patterns, response, brightest, params };
     let centers = pixels(camera, progress, |at| shader.center(frame, at))?;
     let size = (camera.width, camera.height);
     let mut traced = pixels(camera, progress, |at| {
         let center = &centers[index(at, camera.width)];
-        // All samples everywhere is the algorithm without bounds, to compare with.
-        let untouched = params.shadow != Shadow::Soft && around(index(at, size.0), size, 1, false).all(|i| centers[i].quiet);
-        if untouched { shader.unchanged(center) } else { shader.pixel(frame, at, center, false) }
+        let untouched = is_untouched(index(at, size.0), size, params, |i| centers[i].quiet);
+        if untouched { center.unchanged(lights.len()) } else { shader.pixel(frame, at, center, false) }
     })?;
-    let mut doubted = 0;
-    if params.shadows && params.shadow == Shadow::Adaptive && params.spread {
-        let mut thorough = vec![false; traced.len()];
-        loop {
-            let again = in_doubt(&traced, size, &thorough);
-            if again.is_empty() {
-                break;
-            }
-            doubted += again.len() as u64;
-            let redo = |&i: &usize| {
-                let at = UVec2::new((i % camera.width) as u32, (i / camera.width) as u32);
-                if progress.cancelled() { None } else { Some((i, shader.pixel(frame, at, &centers[i], true))) }
-            };
-            let found: Option<Vec<_>> = again.par_iter().map(redo).collect();
-            for (i, mut pixel) in found? {
-                (pixel.rays, pixel.shadow_rays) = (pixel.rays + traced[i].rays, pixel.shadow_rays + traced[i].shadow_rays);
-                thorough[i] = true;
-                traced[i] = pixel;
-            }
-        }
-    }
-    let image =
-        |value: &dyn Fn(&Shaded) -> f32| Image::from_fn(camera.width, camera.height, |x, y| value(&traced[y * camera.width + x]));
-    let shadows = (0..lights.len()).map(|light| image(&|p| p.shadows[light])).collect();
-    let penumbra = Image::from_fn(camera.width, camera.height, |x, y| traced[y * camera.width + x].verdicts.penumbra != 0);
-    let layers = layers(camera, traced.iter().map(|p| &p.pixel));
-    let total = |of: fn(&Shaded) -> u64| traced.iter().map(of).sum();
-    let shadow_rays = total(|p| p.shadow_rays);
-    Some(Rendered {
-        traced: Traced {
-            layers,
-            rays: centers.len() as u64 + total(|p| p.rays) + shadow_rays,
-            discarded: total(|p| p.discarded),
-            sampling: None,
-        },
-        shadows,
-        penumbra,
-        shadow_rays,
-        doubted,
-    })
+    let redo = |&i: &usize| {
+        let at = UVec2::new((i % camera.width) as u32, (i / camera.width) as u32);
+        if progress.cancelled() { None } else { Some(shader.pixel(frame, at, &centers[i], true)) }
+    };
+    let Ok(doubted) = settle_doubts(&mut traced, size, params, |again| Ok::<_, Infallible>(again.par_iter().map(redo).collect()));
+    Some(Rendered::of(camera, &traced, lights.len(), doubted?))
 }
 
-/// The largest luminance of a picture; more than 0.
-fn brightest(picture: &RadianceImage) -> f32 {
-    picture.data().iter().map(|&p| luminance(p)).fold(f32::MIN_POSITIVE, f32::max)
+/// The points of each light that are sampled, [`Pattern::ladder`], and those for which surfaces are asked how they respond.
+pub(super) fn patterns(params: &Params<'_>) -> (Vec<Pattern>, Pattern) {
+    let samples = if params.shadow == Shadow::Hard { 1 } else { params.shadow_samples.clamp(1, MAX_SHADOW_SAMPLES) };
+    (Pattern::ladder(samples, probes(params)), Pattern::new(samples.min(RESPONSES), PROBES[0]))
+}
+
+/// [`Params::probes`], as many as there may be.
+pub(super) fn probes(params: &Params<'_>) -> u32 {
+    params.probes.clamp(PROBES[0], PROBES[1])
+}
+
+/// The largest luminance of what lights a frame that is no light's; more than 0.
+pub(super) fn brightest(lighting: &Lighting) -> f32 {
+    lighting.maps.mirror.data().iter().map(|&p| luminance(p)).fold(f32::MIN_POSITIVE, f32::max)
+}
+
+/// Whether nothing can change at pixel `i` and around it. All samples everywhere is the algorithm without bounds, to compare with.
+pub(super) fn is_untouched(i: usize, size: (usize, usize), params: &Params<'_>, quiet: impl Fn(usize) -> bool) -> bool {
+    params.shadow != Shadow::Soft && around(i, size, 1, false).all(quiet)
+}
+
+/// Traces pixels again, with all samples, until none is in doubt; how many those were. `redo` traces some, or is cancelled.
+pub(super) fn settle_doubts<E>(
+    traced: &mut [Shaded],
+    size: (usize, usize),
+    params: &Params<'_>,
+    mut redo: impl FnMut(&[usize]) -> Result<Option<Vec<Shaded>>, E>,
+) -> Result<Option<u64>, E> {
+    let mut doubted = 0;
+    if !(params.shadows && params.shadow == Shadow::Adaptive && params.spread) {
+        return Ok(Some(doubted));
+    }
+    let mut thorough = vec![false; traced.len()];
+    loop {
+        let again = in_doubt(traced, size, &thorough);
+        if again.is_empty() {
+            return Ok(Some(doubted));
+        }
+        doubted += again.len() as u64;
+        let Some(found) = redo(&again)? else { return Ok(None) };
+        for (i, mut pixel) in again.into_iter().zip(found) {
+            (pixel.rays, pixel.shadow_rays) = (pixel.rays + traced[i].rays, pixel.shadow_rays + traced[i].shadow_rays);
+            thorough[i] = true;
+            traced[i] = pixel;
+        }
+    }
+}
+
+impl Rendered {
+    /// What the pixels of a frame come to.
+    pub(super) fn of(camera: &Camera, traced: &[Shaded], lights: usize, doubted: u64) -> Self {
+        let image = |value: &dyn Fn(&Shaded) -> f32| {
+            Image::from_fn(camera.width, camera.height, |x, y| value(&traced[y * camera.width + x]))
+        };
+        let shadows = (0..lights).map(|light| image(&|p| p.shadows[light])).collect();
+        let penumbra = Image::from_fn(camera.width, camera.height, |x, y| traced[y * camera.width + x].verdicts.penumbra != 0);
+        let layers = layers(camera, traced.iter().map(|p| &p.pixel));
+        let total = |of: fn(&Shaded) -> u64| traced.iter().map(of).sum();
+        let shadow_rays = total(|p| p.shadow_rays);
+        // One look at each pixel's centre comes before all others.
+        let rays = traced.len() as u64 + total(|p| p.rays) + shadow_rays;
+        let traced = Traced { layers, rays, discarded: total(|p| p.discarded), sampling: None };
+        Self { traced, shadows, penumbra, shadow_rays, doubted }
+    }
 }
 
 /// Pixels, not yet `thorough`, whose probes agreed on a light about which a neighbour knows of a penumbra or of another answer.
@@ -130,25 +156,35 @@ fn index(at: UVec2, width: usize) -> usize {
 
 /// What is seen at a pixel's centre.
 #[derive(Default)]
-struct Center {
-    guides: Pixel,
+pub(super) struct Center {
+    pub(super) guides: Pixel,
     /// Any ray through the pixel may meet an object.
-    look: bool,
+    pub(super) look: bool,
     /// Nothing can change here.
-    quiet: bool,
+    pub(super) quiet: bool,
     /// The lights that shine on what is here, as bits.
-    bright: u32,
+    pub(super) bright: u32,
+}
+
+impl Center {
+    /// A pixel that nothing changes, with so many `lights`.
+    pub(super) fn unchanged(&self, lights: usize) -> Shaded {
+        let verdicts = Verdicts { bright: self.bright, ..Verdicts::default() };
+        let mut shadows = [0.0; MAX_LIGHTS];
+        shadows[..lights].fill(1.0);
+        Shaded { pixel: self.guides, shadows, verdicts, rays: 0, shadow_rays: 0, discarded: 0 }
+    }
 }
 
 /// A pixel and what it cost.
 #[derive(Default)]
-struct Shaded {
-    pixel: Pixel,
-    shadows: [f32; MAX_LIGHTS],
-    verdicts: Verdicts,
-    rays: u64,
-    shadow_rays: u64,
-    discarded: u64,
+pub(super) struct Shaded {
+    pub(super) pixel: Pixel,
+    pub(super) shadows: [f32; MAX_LIGHTS],
+    pub(super) verdicts: Verdicts,
+    pub(super) rays: u64,
+    pub(super) shadow_rays: u64,
+    pub(super) discarded: u64,
 }
 
 impl<W: RealWorld> Shader<'_, W> {
@@ -159,14 +195,6 @@ impl<W: RealWorld> Shader<'_, W> {
         let first = self.meet(&ray, Path::primary().media, look, W::surface, &mut 0).first;
         let guides = self.tracer.guides_of(&first, &ray);
         Center { guides, look, quiet: !look && !self.may_change(&first), bright: self.faced(&first) }
-    }
-
-    /// A pixel that nothing changes.
-    fn unchanged(&self, center: &Center) -> Shaded {
-        let verdicts = Verdicts { bright: center.bright, ..Verdicts::default() };
-        let mut shadows = [0.0; MAX_LIGHTS];
-        shadows[..self.lights.len()].fill(1.0);
-        Shaded { pixel: center.guides, shadows, verdicts, rays: 0, shadow_rays: 0, discarded: 0 }
     }
 
     fn pixel(&self, frame: &Frame<'_>, at: UVec2, center: &Center, thorough: bool) -> Shaded {

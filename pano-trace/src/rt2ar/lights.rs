@@ -45,12 +45,17 @@ pub struct SphericalLight {
 }
 
 /// Nearer than this (as the sine of the angular radius) a light is not resolved: the point is in it.
-const MAX_SINE: f32 = 0.99;
+pub(super) const MAX_SINE: f32 = 0.99;
 
 impl SphericalLight {
+    /// Sine of its angular radius, seen from the capture point.
+    pub(super) fn sin_radius(&self) -> f32 {
+        (1.0 - self.cos_radius * self.cos_radius).max(0.0).sqrt()
+    }
+
     /// What the point `x` sees of the light. A uniform sphere's irradiance falls with the squared distance.
     pub(super) fn seen_from(&self, x: Vec3) -> Toward {
-        let sin = (1.0 - self.cos_radius * self.cos_radius).max(0.0).sqrt();
+        let sin = self.sin_radius();
         if self.distance.is_infinite() {
             return Toward { axis: self.direction, cos: self.cos_radius, sin, end: f32::INFINITY, irradiance: self.irradiance };
         }
@@ -145,6 +150,12 @@ impl Pattern {
     /// Patterns of 1 to `count` points.
     pub(super) fn ladder(count: u32, probes: u32) -> Vec<Self> {
         (1..=count.max(1)).map(|points| Self::new(points, probes)).collect()
+    }
+
+    /// Of each point the share of the solid angle and the unit vector, for shaders.
+    #[cfg(feature = "gpu")]
+    pub(super) fn numbers(&self) -> impl Iterator<Item = f32> {
+        self.points.iter().flat_map(|p| [p.area, p.turn.x, p.turn.y])
     }
 
     pub(super) fn len(&self) -> usize {

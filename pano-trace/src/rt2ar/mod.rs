@@ -26,6 +26,8 @@
 //! of, stands at its distance, and [`place_lights`] says where.
 
 mod frame;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod lights;
 mod media;
 mod shade;

@@ -20,12 +20,12 @@ use std::f32::consts::{FRAC_1_PI, PI};
 pub(super) const MAX_CROSSED: usize = 64;
 /// A ray that contributes less than this share to its pixel is not followed: a sun of 10⁴ at its end would be one code of 8
 /// bits times a few.
-const LEAST_WEIGHT: f32 = 1e-4;
+pub(super) const LEAST_WEIGHT: f32 = 1e-4;
 /// From this roughness on a mirror image of real surfaces is looked up in the convolved panorama.
-const BLURRED: f32 = 0.5;
+pub(super) const BLURRED: f32 = 0.5;
 
 /// Width of what a ray of a rough lobe covers, in its α: half of the lobe to each side, of which the samples average.
-const LOBE_WIDTH: f32 = 1.0;
+pub(super) const LOBE_WIDTH: f32 = 1.0;
 
 /// Everything the rays of a frame share.
 pub(super) struct Shader<'a, W> {
@@ -71,7 +71,8 @@ impl Change {
     pub(super) fn of(&self, radiance: Vec3, cap: f32) -> Vec3 {
         let one = |l: f32, e: f32, c: f32| {
             let most = cap * FRAC_1_PI * c.abs();
-            if e > 0.0 { (l * (c / e).max(-1.0)).clamp(-most, most) } else { 0.0 }
+            // A change that is no number, of a light beyond all numbers, is none.
+            if e > 0.0 && most >= 0.0 { (l * (c / e).max(-1.0)).clamp(-most, most) } else { 0.0 }
         };
         let (l, e, c) = (radiance, self.without, self.irradiance);
         let diffuse = Vec3::new(one(l.x, e.x, c.x), one(l.y, e.y, c.y), one(l.z, e.z, c.z));

@@ -17,12 +17,12 @@ use std::ops::Range;
 pub(super) const ALIKE: f32 = 1.0 / 256.0;
 
 /// The probes that make sure of what is known of the same surface: two opposite points of the rim.
-const SECOND_LOOKS: Range<usize> = 1..3;
+pub(super) const SECOND_LOOKS: Range<usize> = 1..3;
 /// How many probes tell whether real surfaces keep the light from a real point: the middle and two opposite points of the rim.
 /// The photo shows these shadows already; only what objects take away there counts.
-const REAL_PROBES: usize = 3;
+pub(super) const REAL_PROBES: usize = 3;
 /// The one that makes sure.
-const SECOND_REAL_LOOK: Range<usize> = 1..2;
+pub(super) const SECOND_REAL_LOOK: Range<usize> = 1..2;
 
 /// A light at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +65,9 @@ pub(super) struct Lightable<F> {
     pub(super) share: f32,
 }
 
+/// The golden share of a turn.
+pub(super) const GOLDEN: f32 = 0.618_034;
+
 /// By how much the samples of each light are turned at one point. The number is drawn whatever follows, so that a shadow does
 /// not change the numbers of what comes after it.
 #[derive(Clone, Copy)]
@@ -77,7 +80,6 @@ impl Turns {
 
     /// Of light number `light`: one number serves all, each a golden share of a turn on.
     pub(super) fn of(self, light: usize) -> Vec2 {
-        const GOLDEN: f32 = 0.618_034;
         Vec2::from_angle((self.0 + GOLDEN * light as f32) * std::f32::consts::TAU)
     }
 }

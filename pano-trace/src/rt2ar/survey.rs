@@ -29,7 +29,7 @@ pub(super) struct Consensus([Option<Settled>; MAX_LIGHTS]);
 
 /// A surface is the same if its normal turns by less than this cosine (18°) within the pixel; chosen empirically: the rim of a
 /// ball is probed anew.
-const SAME_NORMAL: f32 = 0.95;
+pub(super) const SAME_NORMAL: f32 = 0.95;
 
 impl Consensus {
     pub(super) fn at<F>(&self, light: usize, point: &Lightable<F>) -> Agreed {

@@ -40,9 +40,8 @@ fn picture_at(begin: u32, size: vec2u, uv: vec2f) -> vec3f {
     let at = footprint(vec2i(size), uv);
     var sum = vec3f(0.0);
     for (var i = 0; i < 4; i++) {
-        let d = vec2i(i % 2, i / 2);
-        let weights = select(vec2f(1.0) - at.fraction, at.fraction, d == vec2i(1));
-        sum += texel_at(begin, size, wrap_texel(vec2i(size), at.texel.x + d.x, at.texel.y + d.y)) * (weights.x * weights.y);
+        let tap = tap_of(vec2i(size), at, i);
+        sum += texel_at(begin, size, tap.texel) * tap.weight;
     }
     return sum;
 }

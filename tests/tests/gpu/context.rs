@@ -82,6 +82,13 @@ fn a_lost_device_is_an_error(_: &Gpu) {
     // Another one can be had.
     let gpu = Gpu::new(&GpuOptions::default()).unwrap();
     assert_eq!(gpu.read(&gpu.upload(&image).unwrap()).unwrap(), image);
+    // It is lost while it works, and says so only when that has ended.
+    let picture = Image::filled(2048, 1024, Vec3::ONE);
+    let held = gpu.upload(&picture).unwrap();
+    expand(&gpu, &held).unwrap();
+    gpu.lose();
+    let error = expand_picture(&gpu, &picture, &mut picture.clone()).unwrap_err();
+    assert!(matches!(error, GpuError::Lost { .. }), "{error}");
 }
 
 fn a_device_is_lost_after_so_many_submissions(_: &Gpu) {

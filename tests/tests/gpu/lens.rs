@@ -141,7 +141,7 @@ fn sizes_that_differ_are_named(gpu: &Gpu) {
     assert!(matches!(&error, GpuError::Input(e) if e.to_string().contains("(4, 2)")), "{error}");
 }
 
-/// Whole frames: the mean filter after rt2ar's rays, and the lens at the end. What is traced is the CPU's.
+/// Whole frames: the mean filter after rt2ar's rays, and the lens at the end.
 fn frames_of_rt2ar_equal_the_cpu(_: &Gpu) {
     let folder = tempfile::tempdir().unwrap();
     let mut room = nasty::scenes().remove(0);

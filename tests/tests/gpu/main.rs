@@ -20,7 +20,9 @@ mod mr360;
 mod pipeline;
 mod prelude;
 mod resample;
+mod rt2ar;
 mod sequences;
+mod settle;
 mod sparse;
 mod support;
 mod temporal;
@@ -48,6 +50,7 @@ fn main() {
         atrous::TESTS,
         firefly::TESTS,
         mean::TESTS,
+        settle::TESTS,
         temporal::TESTS,
         resample::TESTS,
         light::TESTS,
@@ -58,6 +61,7 @@ fn main() {
         trace::TESTS,
         captured::TESTS,
         mr360::TESTS,
+        rt2ar::TESTS,
         iprt::TESTS,
         pipeline::TESTS,
         sequences::TESTS,

@@ -37,13 +37,13 @@ pub(crate) const TESTS: &[Test] = &[
 /// Root mean square that all pixels of a frame may be off, those included for which rounding has turned a choice over.
 const SAME: f64 = 1e-3;
 
-fn lamp(direction: Vec3, degrees: f32, intensity: Vec3) -> DirectionalLight {
+pub(crate) fn lamp(direction: Vec3, degrees: f32, intensity: Vec3) -> DirectionalLight {
     let solid_angle = TAU * (1.0 - degrees.to_radians().cos());
     DirectionalLight { direction: direction.normalize(), irradiance: intensity, solid_angle, intensity }
 }
 
 /// The sky without its sun, and a small lamp, a wide one and one below the horizon.
-fn lit() -> Lighting {
+pub(crate) fn lit() -> Lighting {
     Lighting {
         maps: ibl::radiance_maps(&sky(1.2)),
         lights: vec![
@@ -56,7 +56,7 @@ fn lit() -> Lighting {
     }
 }
 
-fn photo(camera: &Camera) -> RadianceImage {
+pub(crate) fn photo(camera: &Camera) -> RadianceImage {
     let mut random = Random::new(71);
     Image::from_fn(camera.width, camera.height, |_, _| random.color(0.1, 0.9))
 }
@@ -127,7 +127,7 @@ fn effects_that_are_off_are_off(gpu: &Gpu) {
 }
 
 /// Mirrors that face each other, hollow glass, smooth coats and metals: rays that end because there are too many of them.
-fn mirrors() -> Objects {
+pub(crate) fn mirrors() -> Objects {
     let mesh = Arc::new(PreparedMesh::new(primitives::cuboid(Vec3::ONE)).unwrap());
     let wall = |at: Vec3, roughness: f32| Placement {
         mesh: mesh.clone(),
@@ -308,7 +308,7 @@ fn bands_and_submissions_make_no_difference(_: &Gpu) {
 }
 
 /// Stops at once.
-struct Cancelled;
+pub(crate) struct Cancelled;
 
 impl Progress for Cancelled {
     fn cancelled(&self) -> bool {

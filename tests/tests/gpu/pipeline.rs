@@ -78,8 +78,13 @@ pub(crate) fn backends(rendered: &Rendered) -> Vec<(&'static str, &'static str)>
 }
 
 fn frames_equal_the_cpu(gpu: &Gpu) {
-    for method in ["dpt", "onepass", "twopass", "mr360", "ibl"] {
-        let place = Place::new(method, (67, 45));
+    for method in ["dpt", "onepass", "twopass", "mr360", "ibl", "rt2ar"] {
+        let mut place = Place::new(method, (67, 45));
+        if method == "rt2ar" {
+            // A mirror too rough for its rays to stay outside sees the object's bottom from within: in one place with the floor, rounding
+            // would tell which of them comes first.
+            place.scene.objects[0].placement.position.y = 0.01;
+        }
         let (got, want) = (place.render(&on_gpu()), place.render(&RenderOptions::default()));
         let traced = backends(&got).contains(&("trace", "gpu"));
         assert!(backends(&got).iter().all(|s| s.1 == "gpu") && traced, "{method}: {:?}", backends(&got));
@@ -178,7 +183,7 @@ fn a_lost_device_costs_one_warning_and_no_pixel(_: &Gpu) {
             Some("cpu") => {
                 by_cpu += 1;
                 // A stage that was lost and done again may come before the one that was lost for good.
-                assert!((1..=2).contains(&lost.len()), "{lose_after}: {lost:?}");
+                assert!((1..=2).contains(&lost.len()), "{lose_after}: {:?}", got.stats.warnings);
             }
             _ => {
                 by_gpu += 1;
@@ -198,7 +203,7 @@ fn a_sequence_survives_a_loss(_: &Gpu) {
     let place = Place::new("dpt", (41, 30));
     let want = place.render(&RenderOptions::default());
     let mut rebuilt = 0;
-    for lose_after in 10..24 {
+    for lose_after in (18..36).step_by(3) {
         let mut options = on_gpu();
         options.settings.set("gpu_lose_after", &lose_after.to_string()).unwrap();
         let mut sequence = Sequence::new(&place.scene, &options);

@@ -53,13 +53,18 @@ impl Device {
         if let Err(GpuError::Lost { reason }) = &result
             && !installed.again
         {
-            lost = Some(reason.clone());
+            let reason = reason.clone();
             match Gpu::new(&options(&self.settings)) {
                 Ok(gpu) => {
                     **installed = Installed { gpu, scene: None, again: true };
                     result = work(installed);
+                    lost = Some(reason);
                 }
-                Err(error) => result = Err(error),
+                Err(error) => {
+                    self.warnings.push(format!("the GPU was lost during {stage} ({reason}): {error}; the CPU does the rest"));
+                    self.state = State::None;
+                    return Ok(None);
+                }
             }
         }
         match result {

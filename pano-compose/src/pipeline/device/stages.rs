@@ -17,15 +17,33 @@ use pano_core::layers::TracedLayers;
 use pano_core::light::RadianceMaps;
 use pano_core::progress::Progress;
 use pano_core::sphere::resample;
-use pano_denoise::{atrous, cross_bilateral, firefly, mean, temporal};
+use pano_denoise::{atrous, cross_bilateral, firefly, mean, settle, temporal};
 use pano_light::{WorkingMap, detect, expand, ibl};
 use pano_trace::mr360;
+use pano_trace::rt2ar;
 use pano_trace::sparse;
 use pano_trace::tracer::{self, TraceParams, Traced};
+use pano_trace::world::RealWorld;
 
 /// Why a tracer leaves several worlds in one to the CPU.
 #[cfg(feature = "gpu")]
 const NO_LAYERS: &str = "ghosts before a panorama's depth and depth cameras are not traced on the GPU";
+
+/// Why rt2ar leaves what is no proxy to the CPU.
+#[cfg(feature = "gpu")]
+const ONLY_PROXIES: &str = "rt2ar over a panorama's depth, and with depth cameras, is not traced on the GPU";
+
+/// [`rt2ar::render`] with the lights where they stand.
+fn recursively<W: RealWorld>(
+    frame: &tracer::Frame<'_>,
+    world: &W,
+    lighting: &mr360::Lighting,
+    params: &rt2ar::Params<'_>,
+    progress: &dyn Progress,
+) -> Option<rt2ar::Rendered> {
+    let lights = rt2ar::place_lights(world, lighting);
+    rt2ar::render(frame, world, lighting, &lights, params, progress)
+}
 
 impl Device {
     /// [`expand::expand`], a part of stage `load`.
@@ -149,19 +167,49 @@ impl Device {
         })
     }
 
-    /// [`cross_bilateral::filter`], stage `denoise`.
+    /// [`rt2ar::render`] with the lights where they stand, stage `trace` of rt2ar. `None` if `progress` cancels.
+    pub(in crate::pipeline) fn trace_recursively(
+        &mut self,
+        frame: &tracer::Frame<'_>,
+        world: &World,
+        lighting: &mr360::Lighting,
+        params: &rt2ar::Params<'_>,
+        progress: &dyn Progress,
+    ) -> Result<Option<rt2ar::Rendered>> {
+        #[cfg(feature = "gpu")]
+        match world {
+            World::Proxies(world) => {
+                let lights = rt2ar::place_lights(world.as_ref(), lighting);
+                let trace = |installed: &mut Installed| {
+                    rt2ar::gpu::render(&installed.gpu, frame, world, lighting, &lights, params, progress)
+                };
+                if let Some(rendered) = self.attempt("trace", trace)? {
+                    return Ok(rendered);
+                }
+            }
+            World::Captured(_) | World::Layered(_) => self.decline("trace", ONLY_PROXIES),
+        }
+        Ok(match world {
+            World::Proxies(world) => recursively(frame, world.as_ref(), lighting, params, progress),
+            World::Captured(world) => recursively(frame, world.as_ref(), lighting, params, progress),
+            World::Layered(world) => recursively(frame, world.as_ref(), lighting, params, progress),
+        })
+    }
+
+    /// [`settle::filter`], stage `denoise`.
     pub(in crate::pipeline) fn denoise(
         &mut self,
         params: &cross_bilateral::Params,
+        photo: &RadianceImage,
         layers: &mut TracedLayers,
     ) -> Result<cross_bilateral::Report> {
         #[cfg(feature = "gpu")]
         if let Some(report) =
-            self.attempt("denoise", |installed| cross_bilateral::gpu::filter_layers(&installed.gpu, params, layers))?
+            self.attempt("denoise", |installed| settle::gpu::filter_layers(&installed.gpu, params, photo, layers))?
         {
             return Ok(report);
         }
-        Ok(cross_bilateral::filter(params, layers)?)
+        Ok(settle::filter(params, photo, layers)?)
     }
 
     /// [`mean::filter`], stage `mean`.

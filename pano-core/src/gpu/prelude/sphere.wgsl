@@ -38,3 +38,15 @@ fn footprint(size: vec2i, uv: vec2f) -> Footprint {
     return Footprint(vec2i(whole), at - whole);
 }
 
+// One of the four texels of a bilinear lookup, and its weight.
+struct Tap {
+    texel: vec2i,
+    weight: f32,
+}
+
+fn tap_of(size: vec2i, at: Footprint, i: i32) -> Tap {
+    let d = vec2i(i % 2, i / 2);
+    let shares = select(vec2f(1.0) - at.fraction, at.fraction, d == vec2i(1));
+    return Tap(wrap_texel(size, at.texel.x + d.x, at.texel.y + d.y), shares.x * shares.y);
+}
+

@@ -95,12 +95,10 @@ fn look_up(@builtin(global_invocation_id) id: vec3u) {
     let at = footprint(size, lookup_at(texel_of(params.view, id)));
     var sum = vec3f(0.0);
     for (var i = 0; i < 4; i++) {
-        let d = vec2i(i % 2, i / 2);
-        let texel = wrap_texel(size, at.texel.x + d.x, at.texel.y + d.y);
-        let weights = select(vec2f(1.0) - at.fraction, at.fraction, d == vec2i(1));
-        if counts(texel.y) {
-            let value = panorama_at(texel);
-            sum += select(value, sanitized(value), PROJECTION == UNTURNED) * (weights.x * weights.y);
+        let tap = tap_of(size, at, i);
+        if counts(tap.texel.y) {
+            let value = panorama_at(tap.texel);
+            sum += select(value, sanitized(value), PROJECTION == UNTURNED) * tap.weight;
         }
     }
     add(id, sum);

@@ -1,7 +1,7 @@
 //! From the two levels of the CPU to one array of nodes, one of triangles and one of instances.
 
 use super::super::{Blas, Tlas};
-use super::{DEPTH, Instance, NOTHING, Node, Triangle};
+use super::{DEPTH, Instance, NOTHING, Node, OPAQUE_KIND, Triangle};
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec3, Vec3A};
 use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2, bvh2::node::Bvh2Node};
@@ -37,7 +37,7 @@ impl Flat {
             let root = *roots.entry(Arc::as_ptr(&instance.blas)).or_insert_with(|| self.add_mesh(&instance.blas));
             let rows = Mat4::from(instance.mesh_from_world).transpose();
             let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.to_array());
-            instances.push(Instance { x, y, z, root, index: index as u32, pad1: 0, pad2: 0 });
+            instances.push(Instance { x, y, z, root, index: index as u32, kind: OPAQUE_KIND, pad2: 0 });
         }
         if instances.is_empty() {
             return NOTHING;

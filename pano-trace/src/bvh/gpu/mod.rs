@@ -52,7 +52,7 @@ pano_core::uniform! {
         pub(crate) z: [f32; 4],
         pub(crate) root: u32,
         pub(crate) index: u32,
-        pub(crate) pad1: u32,
+        pub(crate) kind: u32,
         pub(crate) pad2: u32,
     }
 }
@@ -75,12 +75,24 @@ struct GpuHit {
     face: u32,
 }
 
+/// Kinds of instances: those that let no light through, and those that do.
+const OPAQUE_KIND: u32 = 1;
+const CLEAR_KIND: u32 = 2;
+
 /// No node, and no instance.
 const NOTHING: u32 = u32::MAX;
 
 /// Traversal, for shaders to include; it needs [`NUMBER`].
-pub const TRAVERSAL: Piece =
-    Piece { text: include_str!("traversal.wgsl"), constants: || vec![Constant::u32("DEPTH", DEPTH as u32)] };
+pub const TRAVERSAL: Piece = Piece {
+    text: include_str!("traversal.wgsl"),
+    constants: || {
+        vec![
+            Constant::u32("DEPTH", DEPTH as u32),
+            Constant::u32("OPAQUE_KIND", OPAQUE_KIND),
+            Constant::u32("CLEAR_KIND", CLEAR_KIND),
+        ]
+    },
+};
 
 /// `rays.wgsl`.
 pub static SHADER: Shader = Shader {
@@ -105,15 +117,17 @@ impl GpuTlas {
     /// # Errors
     /// [`pano_core::gpu::GpuError::TooLarge`] if there are too many triangles, or what has become of the device.
     pub fn new(gpu: &Gpu, tlas: &Tlas) -> GpuResult<Self> {
-        Self::of(gpu, &[tlas])
+        Self::new_of_kinds(gpu, &[tlas], |_| false)
     }
 
-    /// Copies several, whose meshes are shared.
+    /// Copies several, whose meshes are shared; `clear` says which instances of the first one let light through.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(crate) fn of(gpu: &Gpu, hierarchies: &[&Tlas]) -> GpuResult<Self> {
+    pub(crate) fn new_of_kinds(gpu: &Gpu, hierarchies: &[&Tlas], clear: impl Fn(u32) -> bool) -> GpuResult<Self> {
         let mut flat = flatten::flatten(hierarchies);
+        let of_the_first = hierarchies.first().map_or(0, |tlas| tlas.instances.len());
+        flat.instances[..of_the_first].iter_mut().filter(|i| clear(i.index)).for_each(|i| i.kind = CLEAR_KIND);
         // Nothing can be bound of nothing; nobody looks at it. Faces without an area are in no tree.
         one_at_least(&mut flat.nodes);
         one_at_least(&mut flat.triangles);

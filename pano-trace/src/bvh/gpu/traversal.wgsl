@@ -32,7 +32,8 @@ struct Instance {
     root: u32,
     // Index in the order in which instances were given.
     index: u32,
-    pad1: u32,
+    // OPAQUE_KIND, or CLEAR_KIND if it lets light through anywhere.
+    kind: u32,
     pad2: u32,
 }
 
@@ -51,6 +52,8 @@ struct Hit {
 }
 
 const NOTHING: u32 = 0xffffffffu;
+// Whatever instances there are.
+const ANY_KIND: u32 = 0xffffffffu;
 const MISS: f32 = 3e38;
 
 // A direction's inverse, without infinities: 0 times infinity would be no number.
@@ -106,8 +109,8 @@ fn resume(pending: ptr<function, Pending>, t_max: f32) -> u32 {
     return NOTHING;
 }
 
-// Möller & Trumbore, as on the CPU; a ray through the edge between two faces meets one of them.
-fn meet(triangle: u32, origin: vec3f, direction: vec3f, hit: ptr<function, Hit>) -> bool {
+// Möller & Trumbore, as on the CPU, from `t_min` on; a ray through the edge between two faces meets one of them.
+fn meet_face(triangle: u32, origin: vec3f, direction: vec3f, t_min: f32, hit: ptr<function, Hit>) -> bool {
     let c = triangles[triangle].v0 - origin;
     let r = cross(direction, c);
     let ng = triangles[triangle].ng;
@@ -119,7 +122,7 @@ fn meet(triangle: u32, origin: vec3f, direction: vec3f, hit: ptr<function, Hit>)
     let u = dot(r, triangles[triangle].e2) * inverse;
     let v = dot(r, triangles[triangle].e1) * inverse;
     let t = dot(ng, c) * inverse;
-    if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0 && t <= (*hit).t && is_finite(t) {
+    if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= t_min && t <= (*hit).t && is_finite(t) {
         (*hit).t = t;
         (*hit).u = u;
         (*hit).v = v;
@@ -129,8 +132,8 @@ fn meet(triangle: u32, origin: vec3f, direction: vec3f, hit: ptr<function, Hit>)
     return false;
 }
 
-// The nearest face of a mesh before the hit so far, or any if `any_hit`; the ray is in the mesh's space.
-fn trace_mesh(root: u32, origin: vec3f, direction: vec3f, any_hit: bool, hit: ptr<function, Hit>) -> bool {
+// The nearest face of a mesh from `t_min` on and before the hit so far, or any if `any_hit`; the ray is in the mesh's space.
+fn trace_mesh(root: u32, origin: vec3f, direction: vec3f, t_min: f32, any_hit: bool, hit: ptr<function, Hit>) -> bool {
     let inverse = inverse_of(direction);
     var pending: Pending;
     pending.count = 0u;
@@ -146,7 +149,7 @@ fn trace_mesh(root: u32, origin: vec3f, direction: vec3f, any_hit: bool, hit: pt
         } else {
             let first = nodes[node].first;
             for (var i = first; i < first + count; i++) {
-                met = meet(i, origin, direction, hit) || met;
+                met = meet_face(i, origin, direction, t_min, hit) || met;
             }
             if met && any_hit {
                 return true;
@@ -159,6 +162,11 @@ fn trace_mesh(root: u32, origin: vec3f, direction: vec3f, any_hit: bool, hit: pt
 
 // The nearest face along a ray up to `t_max`, or any if `any_hit`; `root` is the root of the upper tree, NOTHING for none.
 fn trace_ray(root: u32, origin: vec3f, direction: vec3f, t_max: f32, any_hit: bool) -> Hit {
+    return trace_among(root, origin, direction, 0.0, t_max, any_hit, ANY_KIND);
+}
+
+// The same from `t_min` on, of instances of these kinds.
+fn trace_among(root: u32, origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, any_hit: bool, kinds: u32) -> Hit {
     var hit = Hit(t_max, 0.0, 0.0, NOTHING, 0u);
     let inverse = inverse_of(direction);
     var pending: Pending;
@@ -175,12 +183,15 @@ fn trace_ray(root: u32, origin: vec3f, direction: vec3f, t_max: f32, any_hit: bo
             let first = nodes[node].first;
             for (var i = first; i < first + count; i++) {
                 let place = instances[i];
+                if kinds != ANY_KIND && (kinds & place.kind) == 0u {
+                    continue;
+                }
                 let o = vec4f(origin, 1.0);
                 let d = vec4f(direction, 0.0);
                 let there = vec3f(dot(place.x, o), dot(place.y, o), dot(place.z, o));
                 // Not normalised, so that distances stay those of the world.
                 let along = vec3f(dot(place.x, d), dot(place.y, d), dot(place.z, d));
-                if trace_mesh(place.root, there, along, any_hit, &hit) {
+                if trace_mesh(place.root, there, along, t_min, any_hit, &hit) {
                     hit.instance = place.index;
                     if any_hit {
                         return hit;

@@ -3,8 +3,8 @@
 use super::super::trace::{Moments, RealPixel};
 use super::super::{Frame, Params, RealEstimate, Update, VirtualEstimate};
 use super::layout::{ADVANCE, BEGIN, CENTERS, ESTIMATES, Estimate, EstimateLane, Iprt, LANES};
-use super::{GpuFrame, rays_of, update};
-use crate::tracer::gpu::wave::follow::UPDATES;
+use super::update::GpuUpdate;
+use super::{GpuFrame, rays_of};
 use crate::world::CapturedWorld;
 use bytemuck::bytes_of;
 use pano_core::gpu::{Gpu, GpuResult};
@@ -73,10 +73,12 @@ impl GpuFrame {
         mut estimates: Image<Estimate>,
         progress: &dyn Progress,
     ) -> GpuResult<Option<Image<Estimate>>> {
-        let (known, update_size) = update::upload(gpu, update)?;
+        let known = GpuUpdate::of(gpu, update)?;
+        let update_size = known.size();
         let done = Self::over_view(gpu, frame, estimates.data_mut(), |rows, held| {
             let (rays, lanes) = (rays_of(gpu, rows)?, gpu.buffer::<EstimateLane>(rows.pixels())?);
-            let kernels = self.kernels(gpu, rows, &rays, [(UPDATES, &known), (LANES, &lanes), (ESTIMATES, held)]);
+            let own = known.bindings().into_iter().chain([(LANES, &lanes), (ESTIMATES, held)]);
+            let kernels = self.kernels(gpu, rows, &rays, own);
             let uniform = |turn| Iprt { rows, turn, update_size, ..pass };
             if pass.virtual_pass == 0 {
                 kernels.run(CENTERS, bytes_of(&uniform(0)))?;

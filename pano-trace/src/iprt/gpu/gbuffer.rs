@@ -4,7 +4,7 @@ use super::super::gbuffer::{self, COVER_POINTS};
 use super::super::{Frame, GBuffer, Motion};
 use super::layout::{COVER, COVERS, GBUFFER, Iprt, TEXELS, Texel};
 use super::{GpuFrame, rays_of};
-use crate::tracer::gpu::wave::follow::{SIGHT, UPDATES};
+use crate::tracer::gpu::wave::follow::SIGHT;
 use bytemuck::{Zeroable, bytes_of};
 use glam::Vec2;
 use pano_core::gpu::{Gpu, GpuResult};
@@ -21,7 +21,7 @@ impl GpuFrame {
         let mut texels = Image::filled(w, h, Texel::zeroed());
         Self::over_view(gpu, frame, texels.data_mut(), |rows, held| {
             let rays = rays_of(gpu, rows)?;
-            let kernels = self.kernels(gpu, rows, &rays, [(UPDATES, &self.unchanged), (TEXELS, held)]);
+            let kernels = self.kernels(gpu, rows, &rays, self.unchanged.bindings().into_iter().chain([(TEXELS, held)]));
             let uniform = |turn| Iprt { rows, turn, ..self.uniform };
             kernels.run(SIGHT, bytes_of(&uniform(0)))?;
             kernels.follow(&[], uniform, &Silent)?;
@@ -53,7 +53,7 @@ impl GpuFrame {
         let mut covers = whole.map(|known| [known.map_or(0, |_| COVER_POINTS + 1), 0]);
         Self::over_view(gpu, frame, covers.data_mut(), |rows, held| {
             let rays = rays_of(gpu, rows)?;
-            let kernels = self.kernels(gpu, rows, &rays, [(UPDATES, &self.unchanged), (COVERS, held)]);
+            let kernels = self.kernels(gpu, rows, &rays, self.unchanged.bindings().into_iter().chain([(COVERS, held)]));
             let uniform = |turn| Iprt { rows, turn, ..self.uniform };
             kernels.run(COVER, bytes_of(&uniform(0)))?;
             kernels.follow(&[COVER], uniform, &Silent)

@@ -5,7 +5,7 @@ use super::super::trace::{MIRROR_RAYS, MOST_THINNING};
 use crate::objects::gpu::MOVE_WORDS;
 use crate::prt::gpu::Field;
 use crate::tracer::gpu::scene::View;
-use crate::tracer::gpu::wave::follow::{self, ASKED, Entry, FIELD, NONE, RELITS, UPDATES, pieces_that_follow};
+use crate::tracer::gpu::wave::follow::{self, ASKED, Entry, FIELD, GLOSSES, NONE, RELITS, UPDATES, pieces_that_follow};
 use crate::tracer::gpu::{AIM, PATHS};
 use crate::world::captured::gpu::World;
 use bytemuck::Zeroable;
@@ -108,9 +108,6 @@ pano_core::uniform! {
     }
 }
 
-/// Numbers of a texel of the updated panorama: the ratio, and the gloss.
-pub(super) const UPDATE_WORDS: usize = 5;
-
 /// `iprt.wgsl`, `update.wgsl`, `gbuffer.wgsl` and `estimate.wgsl`, with what comes before them.
 pub static SHADER: Shader = Shader {
     name: "iprt",
@@ -131,7 +128,6 @@ pub static SHADER: Shader = Shader {
                     Constant::u32("MIRROR_RAYS", MIRROR_RAYS),
                     Constant::u32("MOST_THINNING_OF_IRRADIANCE", MOST_THINNING),
                     Constant::u32("MOVE_WORDS", MOVE_WORDS),
-                    Constant::u32("UPDATE_WORDS", UPDATE_WORDS as u32),
                 ]
             },
         },
@@ -167,7 +163,7 @@ pub(super) const COVER: Entry = ("cover", &[ASKED, COVERS], NONE);
 pub(super) const CENTERS: Entry = ("centers", &[ASKED, ESTIMATES], NONE);
 pub(super) const BEGIN: Entry = ("begin", &[4, ASKED, LANES, ESTIMATES], None);
 pub(super) const ADVANCE: Entry = ("advance", &[4, 5, ASKED, LANES, FIELD, FIELD + 1, RELITS, ESTIMATES], None);
-pub(super) const UPDATE: Entry = ("update", &[FIELD, FIELD + 1, UPDATES, VIEW_TEXELS], NONE);
+pub(super) const UPDATE: Entry = ("update", &[FIELD, FIELD + 1, UPDATES, GLOSSES, VIEW_TEXELS], NONE);
 
 pub(super) const LANES: u32 = 8;
 pub(super) const TEXELS: u32 = 17;

@@ -26,6 +26,7 @@ use crate::world::{CapturedWorld, RealWorld};
 use bytemuck::{Pod, Zeroable};
 use layout::{EstimateLane, Iprt};
 use pano_core::gpu::{Gpu, GpuBuffer, GpuResult, Rows};
+use update::GpuUpdate;
 
 /// Samples that call for as many lights as there ever are.
 const MOST_SAMPLES: u32 = u32::MAX;
@@ -36,7 +37,7 @@ pub struct GpuFrame {
     scene: GpuScene<World>,
     field: GpuDepthField,
     /// An update that knows of no change.
-    unchanged: GpuBuffer,
+    unchanged: GpuUpdate,
     constants: Vec<(&'static str, f64)>,
     /// All but the rows and what a stage sets.
     uniform: Iprt,
@@ -69,7 +70,7 @@ impl GpuFrame {
             ..Iprt::zeroed()
         };
         let constants = specialize(frame.objects, world, &trace_params(&Params::default()));
-        let (unchanged, _) = update::upload(gpu, &Update::default())?;
+        let unchanged = GpuUpdate::of(gpu, &Update::default())?;
         Ok(Self { scene, field, unchanged, constants, uniform })
     }
 

@@ -2,15 +2,40 @@
 
 use super::super::{Frame, GBuffer, Update};
 use super::GpuFrame;
-use super::layout::{Iprt, UPDATE, UPDATE_WORDS, VIEW_TEXELS, ViewTexel};
-use crate::tracer::gpu::wave::follow::UPDATES;
+use super::layout::{Iprt, UPDATE, VIEW_TEXELS, ViewTexel};
+use crate::tracer::gpu::wave::follow::{GLOSSES, UPDATES};
 use bytemuck::bytes_of;
 use glam::{Vec2, Vec3};
-use pano_core::gpu::{Gpu, GpuBuffer, GpuError, GpuResult, Rows};
+use pano_core::gpu::{Gpu, GpuBuffer, GpuError, GpuImage, GpuResult, Rows};
 use pano_core::image::Image;
 
-/// A texel's numbers.
-type Numbers = [f32; UPDATE_WORDS];
+/// An [`Update`] in the GPU's memory: two pictures, as one of five numbers a texel would not fit a binding at 4096 columns.
+#[derive(Debug)]
+pub(super) struct GpuUpdate {
+    ratio: GpuImage<Vec3>,
+    gloss: GpuImage<Vec2>,
+}
+
+impl GpuUpdate {
+    /// Copies what is known to the GPU.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`], or what has become of the device.
+    pub(super) fn of(gpu: &Gpu, update: &Update) -> GpuResult<Self> {
+        Ok(Self { ratio: gpu.upload(&update.ratio)?, gloss: gpu.upload(&update.gloss)? })
+    }
+
+    /// Its columns and rows.
+    pub(super) fn size(&self) -> [u32; 2] {
+        let rows = self.ratio.rows();
+        [rows.width, rows.height]
+    }
+
+    /// What shaders that know it bind.
+    pub(super) fn bindings(&self) -> [(u32, &GpuBuffer); 2] {
+        [(UPDATES, self.ratio.buffer()), (GLOSSES, self.gloss.buffer())]
+    }
+}
 
 impl GpuFrame {
     /// [`super::super::panorama_update`].
@@ -39,19 +64,11 @@ impl GpuFrame {
             pad: 0,
         };
         let texels = gpu.upload(&Image::from_fn(w, h, texel))?;
-        let found = gpu.buffer::<Numbers>(size.0 * size.1)?;
         let rows = Rows::all(size);
-        let kernels = self.kernels(gpu, rows, &[], [(UPDATES, &found), (VIEW_TEXELS, texels.buffer())]);
+        let found = GpuUpdate { ratio: gpu.image(rows)?, gloss: gpu.image(rows)? };
+        let own = found.bindings().into_iter().chain([(VIEW_TEXELS, texels.buffer())]);
+        let kernels = self.kernels(gpu, rows, &[], own);
         kernels.run(UPDATE, bytes_of(&Iprt { rows, ..self.uniform }))?;
-        let found = Image::from_vec(size.0, size.1, gpu.read_slice::<Numbers>(&found, size.0 * size.1)?)?;
-        Ok(Update { ratio: found.map(|[x, y, z, ..]| Vec3::new(x, y, z)), gloss: found.map(|[.., x, y]| Vec2::new(x, y)) })
+        Ok(Update { ratio: gpu.read(&found.ratio)?, gloss: gpu.read(&found.gloss)? })
     }
-}
-
-/// Copies what is known to the GPU, with its size.
-pub(super) fn upload(gpu: &Gpu, update: &Update) -> GpuResult<(GpuBuffer, [u32; 2])> {
-    let numbers = |(ratio, gloss): (&Vec3, &Vec2)| -> Numbers { [ratio.x, ratio.y, ratio.z, gloss.x, gloss.y] };
-    let texels: Vec<Numbers> = update.ratio.data().iter().zip(update.gloss.data()).map(numbers).collect();
-    let (w, h) = update.ratio.size();
-    Ok((gpu.upload_slice(&texels)?, [w as u32, h as u32]))
 }

@@ -10,8 +10,9 @@ struct ViewTexel {
     pad: u32,
 }
 
-// Of each texel of the panorama the ratio and the gloss, five numbers.
+// Of each texel of the panorama the ratio, and the gloss.
 @group(0) @binding(16) var<storage, read_write> updates: array<f32>;
+@group(0) @binding(21) var<storage, read_write> glosses: array<vec2f>;
 @group(0) @binding(20) var<storage, read_write> view_texels: array<ViewTexel>;
 
 // Paths that meet real surfaces see what objects change of them.
@@ -23,14 +24,11 @@ fn update_at(uv: vec2f) -> Update {
     let at = footprint(size, uv);
     var sum = Update(vec3f(0.0), 0.0, 0.0);
     for (var i = 0; i < 4; i++) {
-        let d = vec2i(i % 2, i / 2);
-        let shares = select(vec2f(1.0) - at.fraction, at.fraction, d == vec2i(1));
-        let weight = shares.x * shares.y;
-        let there = wrap_texel(size, at.texel.x + d.x, at.texel.y + d.y);
-        let k = UPDATE_WORDS * u32(there.y * size.x + there.x);
-        sum.taken += (1.0 - vec3f(updates[k], updates[k + 1u], updates[k + 2u])) * weight;
-        sum.scattered += updates[k + 3u] * weight;
-        sum.mirror += updates[k + 4u] * weight;
+        let tap = tap_of(size, at, i);
+        let k = u32(tap.texel.y * size.x + tap.texel.x);
+        sum.taken += (1.0 - vec3f(updates[3u * k], updates[3u * k + 1u], updates[3u * k + 2u])) * tap.weight;
+        sum.scattered += glosses[k].x * tap.weight;
+        sum.mirror += glosses[k].y * tap.weight;
     }
     return sum;
 }
@@ -69,10 +67,9 @@ fn update(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    let k = UPDATE_WORDS * index_of(params.rows, at);
-    updates[k] = ratio.x;
-    updates[k + 1u] = ratio.y;
-    updates[k + 2u] = ratio.z;
-    updates[k + 3u] = gloss.x;
-    updates[k + 4u] = gloss.y;
+    let k = index_of(params.rows, at);
+    updates[3u * k] = ratio.x;
+    updates[3u * k + 1u] = ratio.y;
+    updates[3u * k + 2u] = ratio.z;
+    glosses[k] = gloss;
 }

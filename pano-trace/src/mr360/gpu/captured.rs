@@ -1,7 +1,7 @@
 //! Over a captured radiance field: small kernels that take turns.
 
 use super::super::{self as mr360, Lit, Params};
-use super::{Finished, LIGHTING, Lighting, LitPixel, NO_EFFECTS, PIXELS, QUESTIONS, REACHED, overrides};
+use super::{Finished, LIGHTING, Lighting, LitPixel, MAPS, NO_EFFECTS, PIXELS, QUESTIONS, REACHED, overrides};
 use crate::prt::gpu::Field;
 use crate::tracer::Frame;
 use crate::tracer::gpu::scene::{GpuScene, Submissions, View};
@@ -49,7 +49,7 @@ pano_core::uniform! {
 /// `captured.wgsl`, with what comes before it.
 pub static SHADER: Shader = Shader {
     name: "mr360 captured",
-    pieces: pieces_that_follow![LIGHTING, QUESTIONS, STILL, Piece::plain(include_str!("captured.wgsl"))],
+    pieces: pieces_that_follow![MAPS, LIGHTING, QUESTIONS, STILL, Piece::plain(include_str!("captured.wgsl"))],
     // Of the many combinations the ends: all effects, and none.
     specializations: &[
         Specialization { entry: "sight", constants: &[] },

@@ -22,7 +22,7 @@ fn real_light(answer: Answer) -> vec3f {
     if answer.asked {
         return answer.light;
     }
-    return shown(params.world, params.world.infinity, to_pano(params.world, ray.direction), false);
+    return beyond(params.world, to_pano(params.world, ray.direction));
 }
 
 // Keeps what the next turn needs.

@@ -10,18 +10,21 @@ use pano_core::light::GLOSSY_ROUGHNESS;
 const SOURCE_WORDS: u32 = 7;
 const MAP_WORDS: u32 = 4;
 
-/// Maps, lamps and pixels, for shaders to include after [`crate::tracer::gpu::scene::VIEW`].
-pub(super) const LIGHTING: Piece = Piece {
-    text: include_str!("lighting.wgsl"),
+/// Convolved maps, for shaders to include after [`crate::tracer::gpu::scene::VIEW`].
+pub(crate) const MAPS: Piece = Piece {
+    text: include_str!("maps.wgsl"),
     constants: || {
         vec![
-            Constant::u32("SOURCE_WORDS", SOURCE_WORDS),
             Constant::u32("MAP_WORDS", MAP_WORDS),
             // The diffuse one, the mirror and the glossy ones.
             Constant::u32("MAPS", 2 + GLOSSY_ROUGHNESS.len() as u32),
         ]
     },
 };
+
+/// Lamps and pixels, for shaders to include after [`MAPS`].
+pub(super) const LIGHTING: Piece =
+    Piece { text: include_str!("lighting.wgsl"), constants: || vec![Constant::u32("SOURCE_WORDS", SOURCE_WORDS)] };
 
 pano_core::uniform! {
     /// `Lighting` of the shader.
@@ -44,17 +47,30 @@ pano_core::uniform! {
 impl Lighting {
     /// Adds the maps and the lights that count to the tables and pictures.
     pub(super) fn pack(of: &mr360::Lighting, params: &Params<'_>, words: &mut Words, pictures: &mut Vec<f32>) -> Self {
+        let lamps = [pack_lamps(of, words), of.lights.len().min(MAX_LIGHTS) as u32];
+        Self::pack_with(lamps, of, [params.gloss, params.gloss_roughness], words, pictures)
+    }
+
+    /// Adds the maps; `lamps` is where a table of lamps begins and how many there are, `gloss` how much real surfaces mirror objects and
+    /// how roughly.
+    pub(crate) fn pack_with(
+        [lamps, lamp_count]: [u32; 2],
+        of: &mr360::Lighting,
+        [gloss, gloss_roughness]: [f32; 2],
+        words: &mut Words,
+        pictures: &mut Vec<f32>,
+    ) -> Self {
         let [map_x, map_y, map_z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| of.pano_from_world * axis);
         Self {
             map_x,
             maps: pack_maps(of, words, pictures),
             map_y,
-            lamps: pack_lamps(of, words),
+            lamps,
             map_z,
-            lamp_count: of.lights.len().min(MAX_LIGHTS) as u32,
+            lamp_count,
             capture: of.capture,
-            gloss: params.gloss,
-            gloss_roughness: params.gloss_roughness,
+            gloss,
+            gloss_roughness,
             pad0: 0,
             pad1: 0,
             pad2: 0,

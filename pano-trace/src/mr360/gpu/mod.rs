@@ -6,7 +6,7 @@
 //! (`tracer/gpu/wave/follow.wgsl`).
 
 mod captured;
-mod lighting;
+pub(crate) mod lighting;
 mod proxies;
 
 pub use captured::{SHADER as CAPTURED, render_captured};
@@ -19,7 +19,7 @@ use crate::tracer::gpu::scene::{GpuPixel, Submissions};
 use crate::tracer::{Frame, Pixel, Traced, layers};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use lighting::{LIGHTING, Lighting};
+use lighting::{LIGHTING, Lighting, MAPS};
 use pano_core::gpu::{Constant, Gpu, GpuBuffer, GpuResult, Layout, Piece, Rows, Shader, flag};
 use pano_core::image::Image;
 

@@ -1,7 +1,7 @@
 //! Over proxies under an environment at infinity: one kernel takes the samples.
 
 use super::super::{self as mr360, Lit, Params};
-use super::{Finished, LIGHTING, Lighting, LitPixel, NO_EFFECTS, QUESTIONS, overrides};
+use super::{Finished, LIGHTING, Lighting, LitPixel, MAPS, NO_EFFECTS, QUESTIONS, overrides};
 use crate::bsdf::gpu::{BSDF, DIRECTIONS};
 use crate::bvh::gpu::TRAVERSAL;
 use crate::objects::gpu::OBJECTS;
@@ -48,6 +48,7 @@ pub static SHADER: Shader = Shader {
         QUESTS,
         PROXIES,
         VIEW,
+        MAPS,
         LIGHTING,
         QUESTIONS,
         Piece::plain(include_str!("shade.wgsl")),

@@ -1,8 +1,8 @@
 //! Marching on the GPU: the nearest surface along each ray.
 //!
 //! Departures from the CPU: a ray that passes behind a layer stops there until the back face has been looked for, in place of a call
-//! within a call. The field's largest part, a range for each cell of the cube, must fit a binding: panoramas of up to 4096 columns do,
-//! larger ones stay on the CPU.
+//! within a call. The field's largest part, the samples at the corners of its cells, must fit a binding: depth of up to 6272 columns
+//! does, larger ones stay on the CPU.
 
 use super::answer::{Answer, FieldHit, HiddenSide};
 use super::march::{CLEAR, NEAREST, NUDGE};

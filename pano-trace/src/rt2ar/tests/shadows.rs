@@ -245,3 +245,14 @@ proptest! {
         prop_assert!(out.shadows.iter().flat_map(|s| s.data()).all(|v| (-1e-5..=1.00001).contains(v)));
     }
 }
+
+#[test]
+fn light_beyond_all_numbers_is_at_most_taken_away() {
+    let change = |irradiance: f32| shade::Change {
+        without: Vec3::INFINITY,
+        irradiance: Vec3::splat(irradiance),
+        ..shade::Change::default()
+    };
+    assert_eq!(change(f32::NAN).of(Vec3::ONE, 0.9), Vec3::ZERO);
+    assert_eq!(change(f32::NEG_INFINITY).of(Vec3::ONE, 0.9), -Vec3::ONE);
+}

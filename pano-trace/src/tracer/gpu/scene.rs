@@ -52,7 +52,7 @@ impl View {
 
 /// `Pixel` of the shader.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct GpuPixel {
     object: Vec3,
     covered: u32,
@@ -65,6 +65,11 @@ pub(crate) struct GpuPixel {
 }
 
 impl GpuPixel {
+    /// The same before its first sample.
+    pub(crate) fn anew(self) -> Self {
+        Self { object: Vec3::ZERO, delta: Vec3::ZERO, covered: 0, discarded: 0, rays: 0, ..self }
+    }
+
     /// What `samples` samples come to.
     pub(crate) fn finish(&self, samples: u32) -> Pixel {
         let share = 1.0 / samples.max(1) as f32;
@@ -104,10 +109,24 @@ impl<U> GpuScene<U> {
         world: &impl GpuWorld<Uniform = U>,
         more: impl FnOnce(&PackedObjects, &mut Words, &mut Vec<f32>) -> T,
     ) -> GpuResult<(Self, T)> {
+        Self::with_pyramids(gpu, frame, world, false, more)
+    }
+
+    /// The same; with `pyramids`, textures can be averaged over footprints.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn with_pyramids<T>(
+        gpu: &Gpu,
+        frame: &Frame<'_>,
+        world: &impl GpuWorld<Uniform = U>,
+        pyramids: bool,
+        more: impl FnOnce(&PackedObjects, &mut Words, &mut Vec<f32>) -> T,
+    ) -> GpuResult<(Self, T)> {
         let hierarchies: Vec<&Tlas> = [Some(frame.objects.tlas()), world.tlas()].into_iter().flatten().collect();
-        let tlas = GpuTlas::of(gpu, &hierarchies)?;
+        let tlas = GpuTlas::new_of_kinds(gpu, &hierarchies, |i| frame.objects.lets_through(i))?;
         let (mut words, mut pictures) = (Words::default(), Vec::new());
-        let packed = frame.objects.pack(&mut words);
+        let packed = frame.objects.pack(&mut words, pyramids);
         let world = world.pack(&mut words, &mut pictures);
         let more = more(&packed, &mut words, &mut pictures);
         let view = View {

@@ -15,7 +15,7 @@ struct World {
     lamp_share: f32,
     light_size: vec2u,
     light: u32,
-    // Where among the pictures is what infinity shows; 0, the panorama itself, if it has depth everywhere.
+    // Where among the words is which texel infinity shows at each; NO_INFINITY if the panorama has depth everywhere.
     infinity: u32,
     size: vec2u,
     // The grids of irradiance; the coarse one has no size if nothing was measured.
@@ -119,10 +119,8 @@ fn mirror_at(world: World, uv: vec2f) -> f32 {
     let at = footprint(size, uv);
     var sum = 0.0;
     for (var i = 0; i < 4; i++) {
-        let d = vec2i(i % 2, i / 2);
-        let shares = select(vec2f(1.0) - at.fraction, at.fraction, d == vec2i(1));
-        let there = wrap_texel(size, at.texel.x + d.x, at.texel.y + d.y);
-        sum += number_at(world.mirrors + u32(there.y * size.x + there.x)) * (shares.x * shares.y);
+        let tap = tap_of(size, at, i);
+        sum += number_at(world.mirrors + u32(tap.texel.y * size.x + tap.texel.x)) * tap.weight;
     }
     return sum;
 }

@@ -22,9 +22,13 @@ pub(crate) const CAPTURED: Piece = Piece {
             Constant::f32("AT_CAPTURE", AT_CAPTURE),
             Constant::f32("GLOW", hidden::GLOW),
             Constant::u32("CELL_BITS", hidden::CELL_BITS),
+            Constant::u32("NO_INFINITY", NO_INFINITY),
         ]
     },
 };
+
+/// [`World`]'s `infinity` if the panorama has depth everywhere.
+const NO_INFINITY: u32 = u32::MAX;
 
 pano_core::uniform! {
     /// `World` of the shader.
@@ -60,7 +64,8 @@ impl GpuWorld for CapturedWorld {
 
     fn pack(&self, words: &mut Words, pictures: &mut Vec<f32>) -> World {
         let (_, size) = add_picture(&self.radiance, pictures);
-        let infinity = self.infinity.as_ref().map_or(0, |shows| add_picture(shows, pictures).0);
+        // Which texel it is: one word in place of three numbers, and the largest panorama has a binding to itself.
+        let infinity = self.infinity.as_ref().map_or(NO_INFINITY, |shows| words.words(shows.data().iter().copied()));
         let (light, light_size) = self.light.as_ref().map_or((0, [1, 1]), |light| light.pack(words));
         let [(fine, fine_size), (coarse, coarse_size)] = self.irradiance.as_ref().map_or([(0, [0, 0]); 2], |map| map.pack(words));
         let (lamps, lamp_count) = self.lamps.pack(words);

@@ -87,8 +87,8 @@ pub struct CapturedWorld {
     capture: Vec3,
     light: Option<SphereDistribution>,
     lamps: Lamps,
-    /// What infinity shows, also where the panorama shows something else; `None`: the panorama has depth everywhere.
-    infinity: Option<RadianceImage>,
+    /// Which texel infinity shows, also where the panorama shows something else; `None`: the panorama has depth everywhere.
+    infinity: Option<Image<u32>>,
     irradiance: Option<IrradianceMap>,
     /// Where surfaces mirror, once irradiance is known.
     mirrors: Option<Mirrors>,
@@ -117,7 +117,7 @@ impl CapturedWorld {
         let mut world = Self {
             lamps: if options.field.back_faces { Lamps::find(&luminance, &field) } else { Lamps::default() },
             field,
-            infinity: infinity::what_infinity_shows(&radiance, depth),
+            infinity: infinity::what_infinity_shows(radiance.size(), depth),
             radiance,
             world_from_pano,
             capture,
@@ -320,7 +320,10 @@ impl RealWorld for CapturedWorld {
     #[inline]
     fn infinity(&self, direction: Vec3) -> Vec3 {
         let uv = sphere::uv_from_direction(self.world_from_pano.inverse() * direction);
-        sphere::bilinear(self.infinity.as_ref().unwrap_or(&self.radiance), uv)
+        match &self.infinity {
+            Some(shows) => sphere::bilinear_of(shows.size(), uv, |x, y| self.radiance.data()[shows.get(x, y) as usize]),
+            None => sphere::bilinear(&self.radiance, uv),
+        }
     }
 
     fn reflectance(&self, hit: &RealHit) -> Vec3 {

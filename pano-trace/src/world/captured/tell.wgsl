@@ -36,14 +36,31 @@ struct Found {
 }
 
 // Radiance shown along `d`; across a gap the nearest texel's.
-fn shown(world: World, begin: u32, d: vec3f, at_gap: bool) -> vec3f {
+fn shown(world: World, d: vec3f, at_gap: bool) -> vec3f {
     let uv = uv_from_direction(d);
     if !at_gap {
-        return picture_at(begin, world.size, uv);
+        return picture_at(0u, world.size, uv);
     }
     let at = footprint(vec2i(world.size), uv);
     let nearest = at.texel + select(vec2i(0), vec2i(1), at.fraction >= vec2f(0.5));
-    return texel_at(begin, world.size, wrap_texel(vec2i(world.size), nearest.x, nearest.y));
+    return texel_at(0u, world.size, wrap_texel(vec2i(world.size), nearest.x, nearest.y));
+}
+
+// Radiance that infinity shows along `d`.
+fn beyond(world: World, d: vec3f) -> vec3f {
+    let size = vec2i(world.size);
+    let at = footprint(size, uv_from_direction(d));
+    var sum = vec3f(0.0);
+    for (var i = 0; i < 4; i++) {
+        let tap = tap_of(size, at, i);
+        var texel = tap.texel;
+        if world.infinity != NO_INFINITY {
+            let shows = i32(word(world.infinity + u32(texel.y * size.x + texel.x)));
+            texel = vec2i(shows % size.x, shows / size.x);
+        }
+        sum += texel_at(0u, world.size, texel) * tap.weight;
+    }
+    return sum;
 }
 
 // What the panorama itself sees along `d`.
@@ -80,10 +97,11 @@ fn found_on(world: World, way: Way, met: Met) -> Found {
     } else {
         found = found_by_look(seen, way.direction, way.t_max);
     }
-    if !found.exists {
-        toward = way.direction;
+    if found.exists {
+        found.radiance = shown(world, toward, hits && met.at_gap == 1u);
+    } else {
+        found.radiance = beyond(world, way.direction);
     }
-    found.radiance = shown(world, select(world.infinity, 0u, found.exists), toward, hits && met.at_gap == 1u);
     return found;
 }
 
@@ -97,13 +115,12 @@ fn shown_surface(world: World, found: Found, direction: vec3f, pick: f32) -> Fou
     var left = pick;
     var texel = vec2i(0);
     for (var i = 0; i < 4; i++) {
-        let d = vec2i(i % 2, i / 2);
-        let weights = select(vec2f(1.0) - at.fraction, at.fraction, d == vec2i(1));
-        texel = wrap_texel(size, at.texel.x + d.x, at.texel.y + d.y);
-        if left < weights.x * weights.y {
+        let tap = tap_of(size, at, i);
+        texel = tap.texel;
+        if left < tap.weight {
             break;
         }
-        left -= weights.x * weights.y;
+        left -= tap.weight;
     }
     let d = direction_from_uv((vec2f(texel) + 0.5) / vec2f(size));
     var changed = found_by_look(look(d), d, NEVER);

@@ -126,7 +126,7 @@ pub(crate) type Entry = (&'static str, &'static [u32], Option<&'static [&'static
 pub(crate) const SIGHT: Entry = ("sight", &[ASKED], NONE);
 const ENCOUNTER: Entry = ("encounter", &[1, 2, 3, ASKED, COUNTS], NONE);
 const MARCH: Entry = ("march", &[ASKED, FIELD, FIELD + 1, FIELD + 2, FIELD + 3], NONE);
-const TELL: Entry = ("tell", &[4, 5, ASKED, FIELD, FIELD + 1, RELITS, UPDATES], Some(&["LIT"]));
+const TELL: Entry = ("tell", &[4, 5, ASKED, FIELD, FIELD + 1, RELITS, UPDATES, GLOSSES], Some(&["LIT"]));
 
 pub(crate) const NONE: Option<&[&str]> = Some(&[]);
 pub(crate) const ASKED: u32 = 7;
@@ -134,8 +134,9 @@ pub(crate) const ASKED: u32 = 7;
 pub(crate) const FIELD: u32 = 10;
 pub(crate) const RELITS: u32 = 14;
 const COUNTS: u32 = 15;
-/// What objects have changed of the panorama, of shaders that know it.
+/// What objects have changed of the panorama, of shaders that know it: ratio and gloss.
 pub(crate) const UPDATES: u32 = 16;
+pub(crate) const GLOSSES: u32 = 21;
 
 /// A shader with what its kernels share: constants of the scene, buffers, rows.
 pub(crate) struct Kernels<'a> {

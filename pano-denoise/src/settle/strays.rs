@@ -7,13 +7,15 @@ use pano_core::layers::TracedLayers;
 use rayon::prelude::*;
 
 /// A pixel's change may be this many times that of its neighbours, as a share of the photo…
-const STANDS_OUT: f32 = 3.0;
+pub(super) const STANDS_OUT: f32 = 3.0;
 /// …and more than this.
-const INVISIBLE: f32 = 0.02;
+pub(super) const INVISIBLE: f32 = 0.02;
 /// Pixels to each side over which the rest is spread, less and less outwards.
-const SPREAD: usize = 7;
+pub(super) const SPREAD: usize = 7;
 /// Surfaces are the same as far as cosine of the normals and quotient of the distances are nearer to 1 than this.
-const ALIKE: f32 = 0.1;
+pub(super) const ALIKE: f32 = 0.1;
+/// Where the photo is darker than this, changes are shares of it.
+pub(super) const LEAST_SHOWN: f32 = 1e-6;
 
 /// Pixels around `(x, y)`, itself among them, `radius` to each side, row by row. Columns wrap if `wrap`, each counted once.
 pub(super) fn around(
@@ -27,7 +29,8 @@ pub(super) fn around(
         false => (x + i).checked_sub(radius).filter(|&x| x < w),
     };
     let rows = y.saturating_sub(radius)..(y + radius + 1).min(h);
-    rows.flat_map(move |y| (0..(2 * radius + 1).min(w)).filter_map(move |i| Some((columns(i)?, y))))
+    let count = if wrap { (2 * radius + 1).min(w) } else { 2 * radius + 1 };
+    rows.flat_map(move |y| (0..count).filter_map(move |i| Some((columns(i)?, y))))
 }
 
 /// Whether two pixels show the same surface.
@@ -39,7 +42,7 @@ fn alike(layers: &TracedLayers, a: (usize, usize), b: (usize, usize)) -> bool {
 
 /// What changes of real surfaces are shares of: the photo, whose detail is no part of them.
 fn shown_before(photo: &RadianceImage, (x, y): (usize, usize)) -> Vec3 {
-    photo.get(x, y).max(Vec3::splat(1e-6))
+    photo.get(x, y).max(Vec3::splat(LEAST_SHOWN))
 }
 
 /// Spreads what sticks out of the change of real surfaces (a path that seldom finds a lamp, and then for all the others)
@@ -86,13 +89,13 @@ pub(super) fn spread_what_sticks_out(layers: &mut TracedLayers, photo: &Radiance
 }
 
 /// Pixels that have no more of their kind beside them than this are at corners and gaps, where the filter finds little to average…
-const FEW: usize = 4;
+pub(super) const FEW: usize = 4;
 /// …and those with fewer than this beside them to compare with stay what they are.
-const ENOUGH: usize = 3;
+pub(super) const ENOUGH: usize = 3;
 /// What an object shows at its rim may be this many times what it shows beside it…
-const AT_RIMS: f32 = 2.0;
+pub(super) const AT_RIMS: f32 = 2.0;
 /// …and inside no less than this share: lamps in mirrors are bright.
-const DARK: f32 = 0.5;
+pub(super) const DARK: f32 = 0.5;
 
 /// Takes what the filter had nothing to average with, single pixels at the rims of things, back among their neighbours, which get
 /// what it takes away. Where no object covers anything, no change, as a share of the photo, goes beyond all of those beside it; where
@@ -251,7 +254,13 @@ mod tests {
         spread_what_sticks_out(&mut layers, &photo, true);
         spread_what_sticks_out(&mut flat, &photo, false);
         assert!(layers.delta.get(22, 9).y > 0.0 && flat.delta.get(22, 9) == Vec3::ZERO);
-        // Fewer columns than are looked at, each counted once.
+        // Fewer columns than are looked at: without a seam all of them count.
+        let (mut strip, photo) = floor(5, 20);
+        strip.coverage = Image::filled(5, 20, 0.0);
+        strip.delta.set(4, 9, Vec3::splat(0.9));
+        spread_what_sticks_out(&mut strip, &photo, false);
+        assert!((0..5).all(|x| strip.delta.get(x, 9).y > 0.0), "all columns get a share");
+        // Each counted once.
         let (mut narrow, photo) = floor(3, 3);
         narrow.coverage = Image::filled(3, 3, 0.0);
         narrow.delta.set(0, 0, Vec3::splat(0.9));
