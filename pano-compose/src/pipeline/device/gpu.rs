@@ -58,14 +58,10 @@ impl Device {
                 Ok(gpu) => {
                     **installed = Installed { gpu, scene: None, again: true };
                     result = work(installed);
-                    lost = Some(reason);
                 }
-                Err(error) => {
-                    self.warnings.push(format!("the GPU was lost during {stage} ({reason}): {error}; the CPU does the rest"));
-                    self.state = State::None;
-                    return Ok(None);
-                }
+                Err(error) => result = Err(GpuError::Lost { reason: format!("{reason}, and {error}") }),
             }
+            lost = Some(reason);
         }
         match result {
             Ok(done) => {
