@@ -107,20 +107,13 @@ fn count_reached(lamp: u32) {
 
 // Adds what the sample has come to; the next one begins.
 fn end_sample() {
-    let shows_object = sample.shown == OBJECT;
     var value = sample.total;
     if sample.shown == REAL {
         let c = sample.change;
         let e = sample.without;
         value += lit.photo * vec3f(ratio(c.x, e.x), ratio(c.y, e.y), ratio(c.z, e.z));
     }
-    if is_finite3(value) {
-        lit.pixel.object += select(vec3f(0.0), value, shows_object);
-        lit.pixel.delta += select(value, vec3f(0.0), shows_object);
-    } else {
-        lit.pixel.discarded += 1u;
-    }
-    lit.pixel.covered += select(0u, 1u, shows_object);
+    lit.pixel = with_sample(lit.pixel, value, sample.shown == OBJECT);
     sample.number += 1u;
     sample.question = CAMERA;
 }

@@ -120,19 +120,12 @@ fn begin_sample() {
 
 // Adds what the sample in hand has come to.
 fn end_sample() {
-    let shows_object = walk.shows == OBJECT;
     for (var i = 0u; i < params.lighting.lamp_count; i++) {
         let at = note_at(i, 2u);
         let reached = bitcast<f32>(notes[at].y);
         notes[at].x = bitcast<u32>(bitcast<f32>(notes[at].x) + reached);
     }
-    if is_finite3(value) {
-        pixel.pixel.object += select(vec3f(0.0), value, shows_object);
-        pixel.pixel.delta += select(value, vec3f(0.0), shows_object);
-    } else {
-        pixel.pixel.discarded += 1u;
-    }
-    pixel.pixel.covered += select(0u, 1u, shows_object);
+    pixel.pixel = with_sample(pixel.pixel, value, walk.shows == OBJECT);
     walk.number += 1u;
     pixel.taken = walk.number;
     walk.under_way = 0u;

@@ -66,15 +66,8 @@ fn take_pixel(k: u32) {
 
 // Adds what the sample came to; false if it was the last one.
 fn end_sample() -> bool {
-    var value = total;
-    if !is_finite3(total) {
-        value = vec3f(0.0);
-        pixel.discarded += 1u;
-    }
-    pixel.object += select(vec3f(0.0), value, shows_object);
-    pixel.delta += select(value, vec3f(0.0), shows_object);
-    pixel.covered += select(0u, 1u, shows_object);
-    count_sample(value);
+    pixel = with_sample(pixel, total, shows_object);
+    count_sample(select(vec3f(0.0), total, is_finite3(total)));
     return begin_sample();
 }
 

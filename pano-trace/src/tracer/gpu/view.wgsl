@@ -37,6 +37,19 @@ struct Pixel {
     rays: u32,
 }
 
+// A pixel with one more sample, which shows an object or not; what is not finite counts as black.
+fn with_sample(pixel: Pixel, value: vec3f, shows_object: bool) -> Pixel {
+    var with_it = pixel;
+    if is_finite3(value) {
+        with_it.object += select(vec3f(0.0), value, shows_object);
+        with_it.delta += select(value, vec3f(0.0), shows_object);
+    } else {
+        with_it.discarded += 1u;
+    }
+    with_it.covered += select(0u, 1u, shows_object);
+    return with_it;
+}
+
 // Tables of objects, proxies and light.
 @group(0) @binding(4) var<storage, read> table_words: array<u32>;
 // The environment, and what goes with it.

@@ -70,17 +70,15 @@ fn irradiance_at(world: World, position: vec3f, normal: vec3f) -> vec3f {
             let taps = footprint(size, uv);
             let middle = vec2i(uv * vec2f(size));
             for (var i = 0; i < select(4, 25, wide == 1); i++) {
-                var d = vec2i(i % 5, i / 5) - 2;
-                var at = middle + d;
-                var weight = 1.0;
+                var tap: Tap;
                 if wide == 0 {
-                    d = vec2i(i % 2, i / 2);
-                    at = taps.texel + d;
-                    let shares = select(vec2f(1.0) - taps.fraction, taps.fraction, d == vec2i(1));
-                    weight = shares.x * shares.y;
+                    tap = tap_of(size, taps, i);
+                } else {
+                    let at = middle + vec2i(i % 5, i / 5) - 2;
+                    tap = Tap(wrap_texel(size, at.x, at.y), 1.0);
                 }
-                let there = wrap_texel(size, at.x, at.y);
-                let texel = begin + TEXEL_WORDS * u32(there.y * size.x + there.x);
+                let texel = begin + TEXEL_WORDS * u32(tap.texel.y * size.x + tap.texel.x);
+                var weight = tap.weight;
                 if wide == 1 && least == 0.0 {
                     weight = f32(word(texel + 9u));
                 } else {
