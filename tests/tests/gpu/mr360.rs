@@ -18,7 +18,7 @@ use pano_light::ibl;
 use pano_tests::random::Random;
 use pano_trace::mr360::{self, Lighting, Lit, Params, gpu};
 use pano_trace::objects::{Objects, Placement, PreparedMesh};
-use pano_trace::tracer::Frame;
+use pano_trace::tracer::{Frame, Traced};
 use pano_trace::world::{CapturedOptions, CapturedWorld, ProxyWorld};
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -90,22 +90,32 @@ fn assert_lit_with(what: &str, [got, want]: &[Lit; 2], samples: u32, apart: Apar
     }
 }
 
-/// Every kind of surface over each world, with all effects.
-fn frames_equal_the_cpu(gpu: &Gpu) {
-    let camera = view(67, 45);
+/// Gives every kind of surface over each world to `check`, in a view and all around, with the photo of each.
+pub(crate) fn over_each_world(check: impl Fn(&str, &Camera, &Objects, &ProxyWorld, &RadianceImage)) {
     let whole = Camera { projection: Projection::Panorama, position: Vec3::new(0.1, 0.9, 0.4), ..view(80, 41) };
-    let (photo_of_view, photo_of_whole) = (photo(&camera), photo(&whole));
     for (i, (world, objects)) in worlds(30.0).iter().zip([of_all_kinds(), plain(), textured()]).enumerate() {
-        for (camera, photo) in [(&camera, &photo_of_view), (&whole, &photo_of_whole)] {
-            let lit = both(gpu, camera, &objects, world, &lit(), &params(photo));
-            let [_, want] = &lit;
-            let changed = want.traced.layers.delta.data().iter().filter(|d| d.length() > 0.01).count();
-            let covered = want.traced.layers.coverage.data().iter().filter(|c| **c > 0.0).count();
-            assert!(changed > 100 && covered > 50, "world {i}: {changed} pixels change, objects are in {covered}");
-            assert!(want.shadows[0].data().iter().any(|s| *s < 1.0), "world {i}");
-            assert_lit(&format!("world {i}, {:?}", camera.projection), &lit, 4);
+        for camera in [&view(67, 45), &whole] {
+            check(&format!("world {i}, {:?}", camera.projection), camera, &objects, world, &photo(camera));
         }
     }
+}
+
+/// Objects show, and change what is around them.
+pub(crate) fn assert_objects_matter(what: &str, traced: &Traced) {
+    let changed = traced.layers.delta.data().iter().filter(|d| d.length() > 0.01).count();
+    let covered = traced.layers.coverage.data().iter().filter(|c| **c > 0.0).count();
+    assert!(changed > 100 && covered > 50, "{what}: {changed} pixels change, objects are in {covered}");
+}
+
+/// With all effects.
+fn frames_equal_the_cpu(gpu: &Gpu) {
+    over_each_world(|what, camera, objects, world, photo| {
+        let lit = both(gpu, camera, objects, world, &lit(), &params(photo));
+        let [_, want] = &lit;
+        assert_objects_matter(what, &want.traced);
+        assert!(want.shadows[0].data().iter().any(|s| *s < 1.0), "{what}");
+        assert_lit(what, &lit, 4);
+    });
 }
 
 /// No shadows, no ambient occlusion, matt floors, floors like mirrors, no lamps.

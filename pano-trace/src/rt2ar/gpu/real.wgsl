@@ -155,7 +155,8 @@ fn change_of_channel(l: f32, e: f32, c: f32) -> f32 {
     let most = params.reflectance_cap / PI * abs(c);
     let share = c / e;
     let change = l * select(max(share, -1.0), -1.0, is_nan(share));
-    return select(0.0, clamp(change, -most, most), e > 0.0);
+    // A change that is no number, of a light beyond all numbers, is none.
+    return select(0.0, clamp(change, -most, most), e > 0.0 && !is_nan(most));
 }
 
 // How far a picture of radiance `l` can show a highlight.
