@@ -188,7 +188,7 @@ fn render(
     let objects = pipeline::prepare_objects(&scene, inputs, 0);
     let mut options = RenderOptions::default();
     (options.settings.gloss, options.settings.gloss_roughness) = (if name == GLOSSY { 1.0 } else { 0.0 }, VARNISH);
-    let world = pipeline::build_world(&scene, inputs, &objects, &options.settings, &mut Vec::new(), progress)?;
+    let world = pipeline::build_world(&scene, inputs, &objects, &options, &mut Vec::new(), progress)?;
     Frame::new(&scene, inputs, &objects, &world, &options).render(Clock::new(), progress)
 }
 

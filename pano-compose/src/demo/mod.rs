@@ -169,7 +169,7 @@ pub fn run(params: &DemoParams, progress: &dyn Progress) -> Result<Demo> {
     let clock = Instant::now();
     let mut warnings = Vec::new();
     let step = Step { progress, name: "world" };
-    let world = pipeline::build_world(&scene, &inputs, &objects, &options.settings, &mut warnings, &step)?;
+    let world = pipeline::build_world(&scene, &inputs, &objects, &options, &mut warnings, &step)?;
     let world_ms = clock.elapsed().as_secs_f64() * 1e3;
     let mut composites = Vec::new();
     for method in METHODS {

@@ -53,12 +53,14 @@ pub fn plan(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> 
 
     let full = options.settings.captured;
     let build = |width: usize| -> Result<(World, f64, f64)> {
-        let mut settings = options.settings;
-        settings.captured.irradiance_width = width.min(full.irradiance_width);
-        settings.captured.irradiance_samples = PAIRS.min(full.irradiance_samples);
+        let mut options = options.clone();
+        let captured = &mut options.settings.captured;
+        captured.irradiance_width = width.min(full.irradiance_width);
+        captured.irradiance_samples = PAIRS.min(full.irradiance_samples);
+        let rays = work(captured);
         let begin = Instant::now();
-        let world = build_world(scene, &inputs, &objects, &settings, &mut Vec::new(), progress)?;
-        Ok((world, work(&settings.captured), begin.elapsed().as_secs_f64() * 1e3))
+        let world = build_world(scene, &inputs, &objects, &options, &mut Vec::new(), progress)?;
+        Ok((world, rays, begin.elapsed().as_secs_f64() * 1e3))
     };
     let (world, w1, t1) = build(WIDTHS[1])?;
     let mut world_ms = t1;

@@ -72,7 +72,7 @@ impl<'a> Sequence<'a> {
 
     fn build(&self, inputs: &Inputs, objects: &Objects, progress: &dyn Progress) -> Result<Built> {
         let mut warnings = Vec::new();
-        let world = build_world(self.scene, inputs, objects, &self.options.settings, &mut warnings, progress)?;
+        let world = build_world(self.scene, inputs, objects, self.options, &mut warnings, progress)?;
         Ok(Built { radiance: inputs.radiance().clone(), depth: inputs.depth.clone(), seen: seen_by(inputs), world, warnings })
     }
 

@@ -1,7 +1,7 @@
 //! From inputs to the world that rays ask, and to the method that runs.
 
 use super::load::ground_placement;
-use super::{Error, Inputs, Result, Settings};
+use super::{Error, Inputs, RenderOptions, Result, Settings};
 use glam::{Vec2, Vec3};
 use pano_core::{
     io::SourceEncoding,
@@ -93,7 +93,7 @@ pub(super) fn tracer_method(method: Method) -> tracer::Method {
     }
 }
 
-/// Builds the world of a scene.
+/// Builds the world of a scene, with the settings and the seed of `options`.
 ///
 /// # Errors
 /// [`Error::Cancelled`].
@@ -101,10 +101,11 @@ pub fn build_world(
     scene: &Scene,
     inputs: &Inputs,
     objects: &Objects,
-    settings: &Settings,
+    options: &RenderOptions,
     warnings: &mut Vec<String>,
     progress: &dyn Progress,
 ) -> Result<World> {
+    let RenderOptions { settings, seed, .. } = options;
     let turn = scene.panorama.world_from_pano();
     let capture = scene.panorama.position;
     let radiance = inputs.radiance().clone();
@@ -116,7 +117,7 @@ pub fn build_world(
         if !scene.proxies.is_empty() {
             warnings.push("the panorama has depth: proxies are not used".into());
         }
-        let mut options = settings.captured;
+        let mut options = CapturedOptions { seed: *seed, ..settings.captured };
         // iprt has the fewest rays, and mirrors show each of them.
         options.hidden_samples =
             settings.hidden_samples.unwrap_or(if method == Method::Iprt { 4 } else { options.hidden_samples });

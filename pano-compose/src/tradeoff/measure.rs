@@ -41,6 +41,7 @@ struct Prepared {
     /// Each method asks for its own preparation.
     method: Method,
     settings: Settings,
+    seed: u32,
     world: World,
     ms: f64,
 }
@@ -72,9 +73,29 @@ impl Judge {
     /// Root mean square error of display-encoded values. Against a truth of two independent halves A and B it is the root of
     /// the mean of (p − A)·(p − B), in which their noise cancels: the error against what they converge to.
     fn error_of(&self, picture: &RadianceImage) -> Result<f64> {
-        let (p, [a, b], mask) = (encoded(&exposed(picture, self.white)), &self.halves, self.mask.as_ref());
-        let mse = |a: &Image<Vec3>, b: &Image<Vec3>| metrics::mse(a, b, mask);
-        Ok((0.5 * (mse(&p, a)? + mse(&p, b)? - mse(a, b)?)).max(0.0).sqrt())
+        let (p, [a, b]) = (self.codes(picture), &self.halves);
+        Ok((0.5 * (self.mse(&p, a)? + self.mse(&p, b)? - self.mse(a, b)?)).max(0.0).sqrt())
+    }
+
+    /// Root mean square of what differs from picture to picture: by the unbiased estimate of the variance, which is half the mean
+    /// square difference of any two. 0 for one.
+    fn noise_of(&self, pictures: &[RadianceImage]) -> Result<f64> {
+        let codes: Vec<_> = pictures.iter().map(|picture| self.codes(picture)).collect();
+        let (mut sum, mut pairs) = (0.0, 0.0);
+        for (i, a) in codes.iter().enumerate() {
+            for b in &codes[..i] {
+                (sum, pairs) = (sum + 0.5 * self.mse(a, b)?, pairs + 1.0);
+            }
+        }
+        Ok((sum / f64::max(pairs, 1.0)).sqrt())
+    }
+
+    fn codes(&self, picture: &RadianceImage) -> Image<Vec3> {
+        encoded(&exposed(picture, self.white))
+    }
+
+    fn mse(&self, a: &Image<Vec3>, b: &Image<Vec3>) -> Result<f64> {
+        Ok(metrics::mse(a, b, self.mask.as_ref())?)
     }
 }
 
@@ -248,11 +269,11 @@ impl<'a> Bench<'a> {
         choice.apply(&mut scene, &mut options)?;
         let settings = options.settings;
         let prepared = match self.world.take() {
-            Some(prepared) if prepared.method == choice.method && prepared.settings == settings => prepared,
+            Some(prepared) if (prepared.method, prepared.settings, prepared.seed) == (choice.method, settings, seed) => prepared,
             _ => {
                 let begin = Instant::now();
-                let world = build_world(&scene, &self.inputs, &self.objects, &settings, &mut Vec::new(), progress)?;
-                Prepared { method: choice.method, settings, world, ms: begin.elapsed().as_secs_f64() * 1e3 }
+                let world = build_world(&scene, &self.inputs, &self.objects, &options, &mut Vec::new(), progress)?;
+                Prepared { method: choice.method, settings, seed, world, ms: begin.elapsed().as_secs_f64() * 1e3 }
             }
         };
         let rendered =
@@ -273,7 +294,7 @@ impl<'a> Bench<'a> {
 
     /// Takes time and error of a choice.
     pub(super) fn measure(&mut self, choice: &Choice, progress: &dyn Progress) -> Result<Row> {
-        let mut shots: Vec<Shot> = Vec::new();
+        let (mut shots, mut pictures): (Vec<Shot>, Vec<RadianceImage>) = Default::default();
         for repeat in 0..self.params.repeats.max(1) {
             let (rendered, world_ms) = self.render(choice, self.params.seed.wrapping_add(repeat), &Quiet(progress))?;
             let of = |work: Work| {
@@ -282,7 +303,9 @@ impl<'a> Bench<'a> {
             let (trace_ms, denoise_ms, ms) = (of(Work::Tracing), of(Work::Filtering), rendered.stats.total_ms + world_ms);
             let error = self.error_of(&rendered.composite.color)?;
             shots.push(Shot { ms, world_ms, trace_ms, denoise_ms, error });
+            pictures.push(rendered.composite.color);
         }
+        let noise = self.judge.as_ref().map_or(Ok(f64::NAN), |judge| judge.noise_of(&pictures))?;
         let n = shots.len() as f64;
         let error = shots.iter().map(|s| s.error).sum::<f64>() / n;
         let variance = shots.iter().map(|s| (s.error - error).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
@@ -305,6 +328,7 @@ impl<'a> Bench<'a> {
             denoise_ms: median(|s| s.denoise_ms),
             error,
             error_se: (variance / n).sqrt(),
+            noise,
             repeats: shots.len() as u32,
         })
     }

@@ -108,14 +108,15 @@ fn choices(front: &[&Row]) -> String {
 fn table(front: &[&Row]) -> String {
     let line = |r: &&Row| {
         format!(
-            "<tr><td><code>{}</code><td>{:.1}<td>{:.1}<td>{:.1}<td>{:.1}<td>{:.5} ± {:.5}",
+            "<tr><td><code>{}</code><td>{:.1}<td>{:.1}<td>{:.1}<td>{:.1}<td>{:.5} ± {:.5}<td>{:.5}",
             escape(&r.arguments),
             r.ms,
             r.world_ms,
             r.trace_ms,
             r.denoise_ms,
             r.error,
-            r.error_se
+            r.error_se,
+            r.noise
         )
     };
     front.iter().map(line).collect()
@@ -154,7 +155,9 @@ prepared scene to the composite; with depth, preparing the captured world is par
 {pictures}
 <h2>The front</h2>
 <p>Here {verdict}.</p>
-<table><tr><th>options<th>ms<th>world<th>trace<th>filter<th>error{front}</table>
+<p>Noise is what changes from seed to seed, of the preparation as of the picture, and falls with samples. The rest of the error
+(its square is error² − noise²) is what a choice always gets wrong, and no number of samples mends.</p>
+<table><tr><th>options<th>ms<th>world<th>trace<th>filter<th>error<th>of it noise{front}</table>
 <h2>One knob at a time</h2>
 <p>Time and error relative to the default (black), {samples} samples a pixel; bars: standard error.</p>
 {curves}

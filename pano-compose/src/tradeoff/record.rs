@@ -37,6 +37,9 @@ pub struct Row {
     pub error: f64,
     /// Standard error of that mean; 0 for one repeat.
     pub error_se: f64,
+    /// The part of [`Self::error`] that changes from seed to seed, of the same unit: more samples make it smaller. The rest is what
+    /// the choice always gets wrong. 0 for one repeat.
+    pub noise: f64,
     /// How often it was measured.
     pub repeats: u32,
 }

@@ -19,6 +19,7 @@ fn row(ms: f64, error: f64) -> Row {
         denoise_ms: 0.0,
         error,
         error_se: 0.0,
+        noise: 0.0,
         repeats: 1,
     }
 }
@@ -131,6 +132,7 @@ fn unfiltered_noise_falls_with_the_samples() {
     };
     let (few, more) = (row(1), row(4));
     assert!(more.error < few.error && few.error_se > 0.0, "{few:?} {more:?}");
+    assert!(more.noise < few.noise && few.noise < 1.1 * few.error && more.noise > 0.0, "{few:?} {more:?}");
 }
 
 #[test]

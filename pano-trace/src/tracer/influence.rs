@@ -147,7 +147,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
 
     /// Whether the mirror image of an object may show at a real surface.
     fn may_mirror_objects(&self, hit: &RealHit, x: Vec3, direction: Vec3) -> bool {
-        if self.world.beyond_diffuse(hit) <= 0.0 {
+        if self.world.beyond_diffuse(hit) == Vec3::ZERO {
             return false;
         }
         let axis = mirrored(direction, hit.normal);

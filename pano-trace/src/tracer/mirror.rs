@@ -3,7 +3,8 @@
 //! A captured surface is taken for diffuse up to the largest reflectance; what it sends out beyond that is a lamp's own light or
 //! the image of what lies in the direction of mirror reflection. It is taken for the image if what lies there is bright
 //! enough, with the quotient as the mirror's reflectance: a lamp is brighter than what it mirrors and keeps its light. Where an
-//! object comes in between, it shows in place of what was there. What objects see in such surfaces is
+//! object comes in between, it shows in place of what was there. That is what the surface sends out beyond diffuse, to the colour: of
+//! what is known to lie there only the luminance counts, for it need not be the very spot. What objects see in such surfaces is
 //! [`RealWorld::sent_back`].
 
 use super::path::{First, Scene};
@@ -16,7 +17,7 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
     /// One estimate of that change at a real surface seen along `direction`.
     pub(super) fn mirror_change(&self, hit: &RealHit, direction: Vec3, bounces: u32, walk: &mut Walk) -> Vec3 {
         let beyond = self.world.beyond_diffuse(hit);
-        if beyond <= 0.0 {
+        if beyond == Vec3::ZERO {
             return Vec3::ZERO;
         }
         let ray = mirror_ray(self.world, hit, direction);
@@ -27,12 +28,12 @@ impl<'a, W: RealWorld> Tracer<'a, W> {
         if behind.is_some_and(|real| real.t < object.hit.t) {
             return Vec3::ZERO;
         }
-        let before = self.world.arriving(ray.direction, behind.as_ref());
-        let bright = luminance(before);
-        if bright < beyond {
+        let bright = luminance(self.world.arriving(ray.direction, behind.as_ref()));
+        let share = luminance(beyond) / bright;
+        if share.is_nan() || share > 1.0 {
             return Vec3::ZERO;
         }
         let after = self.radiance(ray, First::Object(object), None, bounces - 1, Scene::Mixed, walk);
-        (after - before) * (beyond / bright)
+        after * share - beyond
     }
 }

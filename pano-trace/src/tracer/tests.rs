@@ -239,7 +239,7 @@ fn bright_floors_mirror_objects_and_lamps_do_not() {
             let mut walk = Walk { sampler: Sampler::new(UVec2::ZERO, 0, Stream::default()), rays: 0 };
             let ray = Ray::new(Vec3::ZERO, at.normalize());
             let hit = world.hit(&ray).unwrap();
-            (tracer.mirror_change(&hit, ray.direction, 3, &mut walk), world.beyond_diffuse(&hit))
+            (tracer.mirror_change(&hit, ray.direction, 3, &mut walk), world.beyond_diffuse(&hit).x)
         };
         let ((inside, beyond), (outside, _)) = (change(seen), change(Vec3::new(-0.4, -1.5, 0.3)));
         let expected = if mirrors { -beyond } else { 0.0 };
@@ -261,7 +261,7 @@ fn objects_see_the_mirror_image_that_shows_from_where_they_are() {
             _ => 1.5,
         });
         let hit = world.hit(&Ray::new(Vec3::ZERO, at.normalize())).unwrap();
-        let beyond = world.beyond_diffuse(&hit);
+        let beyond = world.beyond_diffuse(&hit).x;
         let sent = |direction: Vec3| world.sent_back(&hit, direction.normalize()).unwrap().x;
         assert!(!mirrors || beyond > 0.02, "{beyond}");
         assert!((sent(at) - floor).abs() < 0.01 * floor, "{} for {floor}", sent(at));

@@ -14,10 +14,10 @@ struct RealHit {
     exists: bool,
 }
 
-// What a surface is made of: its diffuse reflectance, and the luminance beyond what the largest one could send out.
+// What a surface is made of: its diffuse reflectance, and the radiance beyond what the largest one could send out.
 struct Matter {
     reflectance: vec3f,
-    beyond: f32,
+    beyond: vec3f,
 }
 
 // A direction in which light may come. It counts if what it is aimed at lies there: infinity, the surface at `goal`, whatever it is.

@@ -72,7 +72,7 @@ impl RealWorld for LayeredWorld {
         layer.pictured(&own)
     }
 
-    fn beyond_diffuse(&self, hit: &RealHit) -> f32 {
+    fn beyond_diffuse(&self, hit: &RealHit) -> Vec3 {
         let (layer, own) = self.layer_of(hit);
         layer.beyond_diffuse(&own)
     }

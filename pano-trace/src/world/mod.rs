@@ -133,10 +133,10 @@ pub trait RealWorld: std::fmt::Debug + Sync {
         hit.radiance
     }
 
-    /// Luminance at a hit beyond what the largest diffuse reflectance could send out: a lamp's own light, or a mirror image.
-    fn beyond_diffuse(&self, hit: &RealHit) -> f32 {
+    /// Radiance at a hit beyond what the largest diffuse reflectance could send out: a lamp's own light, or a mirror image.
+    fn beyond_diffuse(&self, hit: &RealHit) -> Vec3 {
         let _ = hit;
-        0.0
+        Vec3::ZERO
     }
 
     /// The radiance that a hit of a ray along `direction` sends back to the ray, which is not the camera's: as the picture shows it, but

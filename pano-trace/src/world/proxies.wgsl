@@ -78,7 +78,7 @@ fn world_reflectance(world: World, hit: RealHit) -> vec3f {
 }
 
 fn world_matter(world: World, hit: RealHit) -> Matter {
-    return Matter(world_reflectance(world, hit), 0.0);
+    return Matter(world_reflectance(world, hit), vec3f(0.0));
 }
 
 fn world_sample_light(world: World, from_: vec3f, u: vec2f) -> LightSample {

@@ -240,6 +240,26 @@ fn depth_may_have_another_size_but_not_another_shape() {
     assert!(rendered.layers.delta.data().iter().all(|d| *d == Vec3::ZERO));
 }
 
+/// Irradiance is measured with the seed of the picture: else repeats would hide its noise.
+#[test]
+fn a_seed_is_that_of_the_preparation_too() {
+    let place = Place::new();
+    place.exr("room.exr", &smooth_picture());
+    place.depth("room_depth.exr", &Image::from_fn(64, 32, |x, _| 2.0 + (x % 8) as f32 / 8.0));
+    let scene = place.scene("color = 'room.exr'\ndepth = 'room_depth.exr'", "");
+    let inputs = Loader::default().load(&scene, 0).unwrap();
+    let objects = pano_trace::objects::Objects::new(&[]);
+    let irradiance = |seed: u32| {
+        let options = RenderOptions { seed, ..RenderOptions::default() };
+        let world = build_world(&scene, &inputs, &objects, &options, &mut Vec::new(), &Silent).unwrap();
+        use pano_trace::world::RealWorld;
+        let World::Captured(world) = world else { panic!("not captured") };
+        let hit = world.hit(&pano_trace::bvh::Ray::new(scene.panorama.position, Vec3::new(0.3, -0.8, 0.5))).unwrap();
+        world.irradiance(&hit)
+    };
+    assert!(irradiance(3) == irradiance(3) && irradiance(3) != irradiance(4));
+}
+
 #[test]
 fn camera_height_makes_a_ground() {
     let place = Place::new();
@@ -252,7 +272,7 @@ fn camera_height_makes_a_ground() {
         let inputs = Loader::default().load(&scene, 0).unwrap();
         let mut warnings = Vec::new();
         let objects = pano_trace::objects::Objects::new(&[]);
-        let world = build_world(&scene, &inputs, &objects, &Settings::default(), &mut warnings, &Silent).unwrap();
+        let world = build_world(&scene, &inputs, &objects, &RenderOptions::default(), &mut warnings, &Silent).unwrap();
         let origin = scene.panorama.position;
         let turn = scene.panorama.world_from_pano();
         for d in [Vec3::new(0.0, -0.5, 1.0), Vec3::new(0.6, -1.0, 0.9), Vec3::new(0.0, -0.5, -1.0)].map(Vec3::normalize) {

@@ -140,7 +140,7 @@ fn begin_walk(what_for: u32, outer: vec3f, bounces: u32, first: First) {
     total = vec3f(0.0);
     job = IDLE;
     light.next_job = IDLE;
-    scatter(first, Matter(vec3f(0.0), 0.0), false, 1.0);
+    scatter(first, Matter(vec3f(0.0), vec3f(0.0)), false, 1.0);
 }
 
 fn end_walk() {
@@ -226,7 +226,7 @@ fn reckon_walk(answer: Answer, first: First) {
     let weight = weight_of(path, first, answer.pdf);
     if first.what == OBJECT {
         light.next_job = IDLE;
-        scatter(first, Matter(vec3f(0.0), 0.0), false, weight);
+        scatter(first, Matter(vec3f(0.0), vec3f(0.0)), false, weight);
     } else {
         add_end(answer, weight);
     }
@@ -281,7 +281,7 @@ fn begin(@builtin(global_invocation_id) id: vec3u) {
     } else if wanted {
         let answer = answer_of(lane);
         if answer.real.exists {
-            let thinning = thinning_of(answer.real, Matter(vec3f(0.0), 0.0), asked[lane].quest.direction);
+            let thinning = thinning_of(answer.real, Matter(vec3f(0.0), vec3f(0.0)), asked[lane].quest.direction);
             let most = min(thinning, MOST_THINNING_OF_IRRADIANCE);
             estimate.samples = (params.samples + most - 1u) / most;
         }

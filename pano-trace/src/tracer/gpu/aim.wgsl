@@ -130,7 +130,7 @@ fn may_mirror_objects(x: vec3f, normal: vec3f, direction: vec3f) -> bool {
 fn thinning_of(hit: RealHit, matter: Matter, direction: vec3f) -> u32 {
     let x = world_leave(params.world, hit);
     aim = aim_at(x, hit.normal, 1.0);
-    if aim.inside || (matter.beyond > 0.0 && may_mirror_objects(x, hit.normal, direction)) {
+    if aim.inside || (any(matter.beyond > vec3f(0.0)) && may_mirror_objects(x, hit.normal, direction)) {
         return 1u;
     }
     let second_order = SECOND_ORDER && params.bounces >= 2u;

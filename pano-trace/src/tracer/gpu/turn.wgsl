@@ -179,12 +179,12 @@ fn reckon(answer: Answer, first: ptr<function, First>, effort: ptr<function, Eff
         }
         case REFLECTED: {
             let bright = luminance(answer.light);
-            let share = mirror.beyond / (bright * started.share);
-            let shows = CAPTURED && what == OBJECT && bright >= mirror.beyond;
-            mirror.beyond = 0.0;
+            let sent = mirror.beyond;
+            let shows = CAPTURED && what == OBJECT && bright >= luminance(sent);
+            mirror.beyond = vec3f(0.0);
             if shows {
-                total -= answer.light * share;
-                path = path_of(vec3f(share), params.bounces - 1u, true);
+                total -= sent / started.share;
+                path = path_of(vec3f(luminance(sent) / (bright * started.share)), params.bounces - 1u, true);
                 return AT_VERTEX;
             }
             return FINISHED;
@@ -300,7 +300,9 @@ fn turn(answer: Answer) -> bool {
         matter = world_matter(params.world, first.real);
     }
     if CAPTURED && was == CAMERA {
-        mirror = Mirror(world_leave(params.world, first.real), matter.beyond, reflect(ray.direction, first.real.normal), 0u);
+        mirror.origin = world_leave(params.world, first.real);
+        mirror.direction = reflect(ray.direction, first.real.normal);
+        mirror.beyond = matter.beyond;
     }
     if then == AT_VERTEX || then == AT_PAIR {
         scatter(first, matter, METHOD == ONE_PASS && then == AT_PAIR, weight);
@@ -318,7 +320,7 @@ fn turn(answer: Answer) -> bool {
         // Its turn comes next.
         return true;
     }
-    if CAPTURED && mirror.beyond > 0.0 {
+    if CAPTURED && any(mirror.beyond > vec3f(0.0)) {
         send(REFLECTED, mirror.origin, mirror.direction);
         return true;
     }

@@ -61,9 +61,11 @@ struct Later {
 // What a real surface may mirror: what it sends out beyond diffuse reflection, 0 for nothing, and the ray.
 struct Mirror {
     origin: vec3f,
-    beyond: f32,
+    pad0: u32,
     direction: vec3f,
-    pad: u32,
+    pad1: u32,
+    beyond: vec3f,
+    pad2: u32,
 }
 
 // How much work goes into the change of a point; see delta::Effort.

@@ -28,6 +28,10 @@ struct World {
     // Reflectances of mirrors; no size if nothing mirrors.
     mirrors: u32,
     mirrors_size: vec2u,
+    seed: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 // Surfaces that the panorama shows, and sides that are only assumed.
@@ -101,11 +105,11 @@ fn has_irradiance(world: World) -> bool {
 
 fn world_matter(world: World, hit: RealHit) -> Matter {
     if hit.surface != SEEN || !has_irradiance(world) {
-        return Matter(vec3f(0.0), 0.0);
+        return Matter(vec3f(0.0), vec3f(0.0));
     }
     let received = irradiance_at(world, place_in_pano(world, hit.position), to_pano(world, hit.normal));
     let diffuse = received * (world.cap / PI);
-    return Matter(reflectance_from(hit.radiance, received, world.cap), luminance(max(hit.radiance - diffuse, vec3f(0.0))));
+    return Matter(reflectance_from(hit.radiance, received, world.cap), max(hit.radiance - diffuse, vec3f(0.0)));
 }
 
 // The reflectance of the mirror that the panorama shows there, 0 for none.

@@ -52,6 +52,10 @@ pano_core::uniform! {
         hidden_samples: u32,
         mirrors: u32,
         mirrors_size: [u32; 2],
+        seed: u32,
+        pad0: u32,
+        pad1: u32,
+        pad2: u32,
     }
 }
 
@@ -94,6 +98,10 @@ impl GpuWorld for CapturedWorld {
             hidden_samples: self.hidden_samples,
             mirrors,
             mirrors_size,
+            seed: self.seed,
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
         }
     }
 }

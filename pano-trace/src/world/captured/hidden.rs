@@ -41,7 +41,8 @@ impl CapturedWorld {
             return own + sent;
         }
         let [x, y, z] = cell_around(hit.position - self.capture);
-        let stream = Stream { frame: u32::MAX, seed: z };
+        // A stream of its own again; the place takes the seed's place, and the seed that of the frame.
+        let stream = Stream { frame: !self.seed, seed: z };
         let received = (0..self.hidden_samples)
             .map(|i| estimate(self, hit, Back::AsFront, &mut Sampler::new(UVec2::new(x, y), i, stream)))
             .sum::<Vec3>();

@@ -175,9 +175,10 @@ fn similarity(position: Vec3, normal: Vec3, texel: &Texel) -> f32 {
 /// Irradiance at one texel.
 fn measure(world: &CapturedWorld, hit: &RealHit, at: UVec2, samples: u32) -> Texel {
     let mut sum = Vec3::ZERO;
+    // A stream of its own: frame number −1 is no frame.
+    let stream = Stream { frame: u32::MAX, seed: world.seed };
     for i in 0..samples {
-        // A stream of its own: frame number −1 is no frame.
-        sum += estimate(world, hit, Back::Lit, &mut Sampler::new(at, i, Stream { frame: u32::MAX, seed: 0 }));
+        sum += estimate(world, hit, Back::Lit, &mut Sampler::new(at, i, stream));
     }
     let turn = world.world_from_pano.inverse();
     Texel {

@@ -29,7 +29,7 @@ pub(super) fn find(world: &CapturedWorld, width: usize) -> Option<Mirrors> {
         let uv = Vec2::new((x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32);
         let direction = world.world_from_pano * sphere::direction_from_uv(uv);
         let hit = world.hit(&Ray::new(world.capture, direction))?;
-        let beyond = world.beyond_diffuse(&hit);
+        let beyond = luminance(world.beyond_diffuse(&hit));
         (beyond > 0.0).then(|| (beyond, luminance(image_in(world, &hit, direction))))
     });
     let mirrors = Image::from_fn(w, h, |x, y| {

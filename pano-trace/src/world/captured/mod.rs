@@ -40,6 +40,8 @@ pub struct CapturedOptions {
     /// Whether objects see in surfaces that mirror what lies in the mirror direction of their own rays, see
     /// [`RealWorld::sent_back`]; else what the panorama saw in them. It needs `irradiance_width`.
     pub mirrors: bool,
+    /// Changes the random numbers of all of these. The frames of a film have the same, or real surfaces would flicker.
+    pub seed: u32,
 }
 
 impl Default for CapturedOptions {
@@ -51,6 +53,7 @@ impl Default for CapturedOptions {
             irradiance_samples: 8,
             hidden_samples: 1,
             mirrors: true,
+            seed: 0,
         }
     }
 }
@@ -94,6 +97,7 @@ pub struct CapturedWorld {
     mirrors: Option<Mirrors>,
     cap: f32,
     hidden_samples: u32,
+    seed: u32,
 }
 
 impl CapturedWorld {
@@ -126,6 +130,7 @@ impl CapturedWorld {
             mirrors: None,
             cap: options.reflectance_cap,
             hidden_samples: options.hidden_samples,
+            seed: options.seed,
         };
         if options.irradiance_width > 0 {
             let coarse = |world: &Self, samples| IrradianceMap::coarse(world, options.irradiance_width, samples, progress);
@@ -331,10 +336,10 @@ impl RealWorld for CapturedWorld {
         radiance.map_or(Vec3::ZERO, |radiance| reflectance_from(radiance, self.irradiance(hit), self.cap))
     }
 
-    fn beyond_diffuse(&self, hit: &RealHit) -> f32 {
+    fn beyond_diffuse(&self, hit: &RealHit) -> Vec3 {
         let diffuse = || self.irradiance(hit) * (self.cap * FRAC_1_PI);
         let radiance = hit.radiance.filter(|_| hit.surface == SEEN && self.irradiance.is_some());
-        radiance.map_or(0.0, |radiance| color::luminance((radiance - diffuse()).max(Vec3::ZERO)))
+        radiance.map_or(Vec3::ZERO, |radiance| (radiance - diffuse()).max(Vec3::ZERO))
     }
 
     fn sent_back(&self, hit: &RealHit, direction: Vec3) -> Option<Vec3> {
@@ -343,13 +348,13 @@ impl RealWorld for CapturedWorld {
         let seen = hit.surface == SEEN && hit.normal.dot(hit.position - self.capture) < 0.0;
         let Some(mirrors) = self.mirrors.as_ref().filter(|_| seen) else { return Some(shown) };
         let reflectance = sphere::bilinear(mirrors, sphere::uv_from_direction(self.to_pano(hit.position)));
-        let beyond = if reflectance > 0.0 { self.beyond_diffuse(hit) } else { 0.0 };
-        if beyond == 0.0 {
+        let beyond = if reflectance > 0.0 { self.beyond_diffuse(hit) } else { Vec3::ZERO };
+        if beyond == Vec3::ZERO {
             return Some(shown);
         }
         let image = mirrors::image_in(self, hit, direction) * reflectance;
-        let image = image * (mirrors::BRIGHTEST * beyond / color::luminance(image)).min(1.0);
-        Some(shown * (1.0 - beyond / color::luminance(shown)) + image)
+        let image = image * (mirrors::BRIGHTEST * color::luminance(beyond) / color::luminance(image)).min(1.0);
+        Some(shown - beyond + image)
     }
 
     #[inline]

@@ -222,7 +222,7 @@ fn cell_around(place: vec3f) -> vec3u {
 fn next_way(world: World, relit: ptr<function, Relit>) -> Way {
     while (*relit).pair < world.hidden_samples {
         let cell = cell_around((*relit).position - world.capture);
-        var numbers = sampler_of(cell.xy, (*relit).pair, 0xffffffffu, cell.z);
+        var numbers = sampler_of(cell.xy, (*relit).pair, ~world.seed, cell.z);
         let u = next_4d(&numbers);
         let second = (*relit).second == 1u;
         (*relit).aimed = AT_ANYTHING;

@@ -50,6 +50,35 @@ fn direction(random: &mut StdRng) -> Vec3 {
     Vec3::new(horizontal * azimuth.cos(), y, horizontal * azimuth.sin())
 }
 
+/// Another seed measures another irradiance of the same mean, and lights hidden sides by other rays.
+#[test]
+fn seeds_change_the_noise_of_the_preparation() {
+    let with = |seed: u32| world(128, box_room, lamp_room, here(), &CapturedOptions { irradiance_samples: 4, seed, ..coarse() });
+    let worlds = [0, 0, 1, 2, 3].map(with);
+    let mut random = StdRng::seed_from_u64(5);
+    let mut apart = [0.0; 5];
+    for _ in 0..200 {
+        let ray = Ray::new(worlds[0].capture, direction(&mut random));
+        let hit = worlds[0].hit(&ray).unwrap();
+        let irradiance = worlds.each_ref().map(|world| world.irradiance(&hit).x);
+        (0..5).for_each(|i| apart[i] += (irradiance[i] / irradiance[0] - 1.0) / 200.0);
+        assert_eq!(irradiance[0], irradiance[1]);
+        assert!(irradiance[2..].iter().all(|e| *e != irradiance[0]), "{irradiance:?}");
+    }
+    assert!(apart.iter().all(|mean| mean.abs() < 0.05), "{apart:?}");
+    let board = |d: Vec3| if d.z < 0.0 && (d / d.z).truncate().abs().max_element() < 0.4 { 1.0 / -d.z } else { box_room(d) };
+    let shown = [0, 0, 1].map(|seed| {
+        let world = world(512, board, lamp_room, here(), &CapturedOptions { seed, ..coarse() });
+        let beside = |i: i32| {
+            let ray = Ray::new(here().1 + here().0 * Vec3::new(1.2, i as f32 * 0.01 - 0.2, -1.2), here().0 * Vec3::NEG_X);
+            world.hit(&ray).filter(|hit| hit.surface == HIDDEN_SIDE).and_then(|hit| hit.radiance)
+        };
+        (0..40).filter_map(beside).collect::<Vec<_>>()
+    });
+    assert!(shown[0].len() > 20 && shown[0] == shown[1] && shown[0].len() == shown[2].len());
+    assert!(shown[0].iter().zip(&shown[2]).filter(|(a, b)| a == b).count() < 5);
+}
+
 /// Around every point of the inside of a shining sphere there is radiance L: the irradiance is π·L, whatever the place.
 #[test]
 fn irradiance_in_a_sphere_of_constant_radiance_is_pi_times_it() {

@@ -235,14 +235,14 @@ fn sent_back(k: u32, known: bool, found: Found, position: vec3f) -> Way {
     let normal = from_pano(world, facing);
     let here = RealHit(position, 0.0, normal, SEEN, found.radiance, true);
     let beyond = world_matter(world, here).beyond;
-    if beyond <= 0.0 {
+    if all(beyond == vec3f(0.0)) {
         return none;
     }
-    asked[k].told.light = found.radiance * (1.0 - beyond / luminance(found.radiance));
+    asked[k].told.light = found.radiance - beyond;
     var relit: Relit;
     relit.start = world_leave(world, here);
     relit.gloss = reflectance;
-    relit.most = BRIGHTEST_IMAGE * beyond;
+    relit.most = BRIGHTEST_IMAGE * luminance(beyond);
     relits[k] = relit;
     return way_of(world, relit.start, reflect(quest.direction, normal), NEVER);
 }

@@ -51,7 +51,7 @@ pano_core::uniform! {
         path: [u32; 12],
         light: [u32; 12],
         point: Point,
-        mirror: [u32; 8],
+        mirror: [u32; 12],
         waiting: u32,
         shows_object: u32,
         has_later: u32,
