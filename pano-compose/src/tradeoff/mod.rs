@@ -38,7 +38,7 @@ use record::Record;
 /// How much is measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TradeoffParams {
-    /// Repeats of each measurement, with seeds of their own, ≥ 1; the median time and the mean error count.
+    /// Repeats of each measurement, each with a seed and a preparation of its own, ≥ 1; the median time and the mean error count.
     pub repeats: u32,
     /// Samples are raised as long as a picture can be expected to take this many milliseconds, preparing the world left out.
     pub longest_ms: f64,
@@ -152,7 +152,7 @@ fn samples() -> &'static Knob {
 }
 
 /// What is combined with every number of samples: methods, bounces, filter; and cheaper preparations of the scene's own
-/// method. Ordered so that the world is prepared anew as seldom as possible.
+/// method.
 fn combinations(bench: &Bench<'_>) -> Vec<Choice> {
     let mut all = Vec::new();
     for (i, turned) in PREPARATIONS.iter().enumerate() {
