@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3};
 use pano_core::image::Image;
 use pano_core::progress::{Progress, Silent};
 use pano_core::{io, scene::Method, sphere};
+use pano_trace::world::RealWorld;
 use std::path::PathBuf;
 
 /// A folder with a mesh and whatever else a test writes into it.
@@ -252,7 +253,6 @@ fn a_seed_is_that_of_the_preparation_too() {
     let irradiance = |seed: u32| {
         let options = RenderOptions { seed, ..RenderOptions::default() };
         let world = build_world(&scene, &inputs, &objects, &options, &mut Vec::new(), &Silent).unwrap();
-        use pano_trace::world::RealWorld;
         let World::Captured(world) = world else { panic!("not captured") };
         let hit = world.hit(&pano_trace::bvh::Ray::new(scene.panorama.position, Vec3::new(0.3, -0.8, 0.5))).unwrap();
         world.irradiance(&hit)
